@@ -1,0 +1,81 @@
+"""What a clip implies: body poses, velocities, centre of mass, lowest points, another frame rate."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation, Slerp
+
+from datasets.humanoid import BODIES, CENTRES, MASSES, SKELETON
+from datasets.motion import BodyMotion
+from datasets.rotation import conjugate, multiply, rotate, to_rotation_vector
+from datasets.skeleton import forward_kinematics
+
+
+def body_poses(motion: BodyMotion) -> tuple[np.ndarray, np.ndarray]:
+    """Return the origins (T, 20, 3) [m] and rotations (T, 20, 4) of the 20 bodies in the world."""
+    offsets = np.broadcast_to(SKELETON.offsets, (len(motion), *SKELETON.offsets.shape)).copy()
+    offsets[:, 0] = motion.root_position
+    return forward_kinematics(SKELETON.parents, offsets, motion.local_rotations)
+
+
+def linear_velocity(positions: np.ndarray, fps: float) -> np.ndarray:
+    """Return central differences along the first axis, one-sided at the ends [unit of positions per second]."""
+    if len(positions) < 2:
+        return np.zeros_like(positions)
+    return np.gradient(positions, 1.0 / fps, axis=0)
+
+
+def angular_velocity(rotations: np.ndarray, fps: float) -> np.ndarray:
+    """Return angular velocities in the world's axes by central differences along the first axis.
+
+    Args:
+        rotations: In the world, wxyz, shape (T, ..., 4).
+        fps: Frames per second.
+
+    Returns:
+        Angular velocities [rad/s], shape (T, ..., 3).
+    """
+    if len(rotations) < 2:
+        return np.zeros((*rotations.shape[:-1], 3))
+    step = to_rotation_vector(multiply(rotations[1:], conjugate(rotations[:-1]))) * fps
+    return np.concat([step[:1], 0.5 * (step[1:] + step[:-1]), step[-1:]])
+
+
+def centre_of_mass(positions: np.ndarray, rotations: np.ndarray) -> np.ndarray:
+    """Return the body's centre of mass (..., 3) [m] from the 20 bodies' origins (..., 20, 3) and rotations (..., 20, 4)."""
+    centres = positions + rotate(rotations, np.broadcast_to(CENTRES, positions.shape))
+    return np.einsum("b,...bc->...c", MASSES / MASSES.sum(), centres)
+
+
+def lowest_points(positions: np.ndarray, rotations: np.ndarray) -> np.ndarray:
+    """Return the height (..., 20) [m] of the lowest point of each body's shape."""
+    heights = []
+    for index, body in enumerate(BODIES):
+        points = np.array(body.shape.points)
+        q = rotations[..., index, None, :]
+        world = rotate(np.broadcast_to(q, (*q.shape[:-2], len(points), 4)), np.broadcast_to(points, (*q.shape[:-2], len(points), 3)))
+        heights.append(positions[..., index, 2] + world[..., 2].min(axis=-1) - body.shape.radius)
+    return np.stack(heights, axis=-1)
+
+
+def resample(motion: BodyMotion, fps: float) -> BodyMotion:
+    """Return the clip at another frame rate: linear in the root's position, spherical in the rotations.
+
+    Args:
+        motion: Clip at any rate.
+        fps: New rate [1/s].
+
+    Returns:
+        Clip at the new rate that starts at the same instant and ends at the last instant that both rates share.
+    """
+    if motion.fps == fps or len(motion) < 2:
+        return replace(motion, fps=fps)
+    old = np.arange(len(motion)) / motion.fps
+    new = np.arange(int(np.floor(old[-1] * fps + 1e-6)) + 1) / fps
+    new = np.minimum(new, old[-1])
+    root = np.stack([np.interp(new, old, motion.root_position[:, axis]) for axis in range(3)], axis=1)
+    rotations = np.empty((len(new), motion.local_rotations.shape[1], 4))
+    for body in range(rotations.shape[1]):
+        track = Rotation.from_quat(motion.local_rotations[:, body], scalar_first=True)
+        rotations[:, body] = Slerp(old, track)(new).as_quat(scalar_first=True)
+    return replace(motion, root_position=root, local_rotations=rotations, fps=fps)
