@@ -100,7 +100,8 @@ BODY_COUNT = len(BODIES)
 SPINAL = (0, 1, 2, 3)  # pelvis, spine, chest, head
 HEAD = NAMES.index("head")
 FEET = tuple((NAMES.index(f"foot_{s}"), NAMES.index(f"toe_{s}")) for s in "lr")  # of each side the bodies that touch ground
-MASSES = MASS * np.array([body.mass_share for body in BODIES])  # kg, (20,)
+_SHARES = np.array([body.mass_share for body in BODIES])
+MASSES = MASS * _SHARES / _SHARES.sum()  # kg, (20,); published shares are rounded and sum to 1.002
 CENTRES = np.array([np.mean(body.shape.points, axis=0) for body in BODIES])  # of mass in the body's frame [m], (20, 3)
 LEG_LENGTH = 0.42 + 0.41  # m, thigh and shin
 HINGES: tuple[tuple[int, str], ...] = tuple((b, axis) for b, body in enumerate(BODIES) for axis in body.hinges)

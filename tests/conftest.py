@@ -1,0 +1,15 @@
+"""Fixtures that every test may ask for."""
+
+from pathlib import Path
+
+import pytest
+
+SHARED_DATA = Path(__file__).parents[2] / "shared" / "data"
+
+
+@pytest.fixture(scope="session")
+def shared_data() -> Path:
+    """Return the folder of real motion beside the checkout, or skip the test where it is absent."""
+    if not SHARED_DATA.is_dir():
+        pytest.skip("needs ../shared/data, real motion that may not be part of the repository")
+    return SHARED_DATA
