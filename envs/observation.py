@@ -1,0 +1,62 @@
+"""What the policy sees: Table 4.1 of the thesis and the additions of ``MimicSpec``; pure, batched, NumPy or torch."""
+
+from functools import cache
+
+import numpy as np
+
+from datasets.body_state import BodyState
+from datasets.motion_library import Reference
+from datasets.rotation import Array, namespace
+from envs.mimic_spec import MimicSpec
+
+
+@cache
+def _horizontal_columns(vectors: int) -> np.ndarray:
+    """Return the flat columns of ``vectors`` triples without the third number of the fourth and the fifth."""
+    return np.delete(np.arange(3 * vectors), [11, 14])
+
+
+def observe(spec: MimicSpec, agent: BodyState, reference: Reference, smoothed_action: Array, preview_pos: Array | None) -> Array:
+    """Return the observations of N worlds.
+
+    Args:
+        spec: Which parts, in which axes.
+        agent: Simulated bodies.
+        reference: Reference at the same instant.
+        smoothed_action: Action in force, shape (N, A).
+        preview_pos: Origins of the reference's bodies at the instants of ``spec.preview`` [m], shape (N, P, 20, 3); None
+            without preview.
+
+    Returns:
+        Observations in the order of ``spec.observation_parts``, shape (N, O). Source: thesis, Table 4.1.
+    """
+    xp = namespace(agent.pos)
+    target = reference.body
+    bodies = slice(None) if len(spec.observed_bodies) == agent.pos.shape[1] else list(spec.observed_bodies)
+    com_vel = xp.stack([agent.com_vel, target.com_vel, agent.com_vel - target.com_vel], axis=1)
+    root_vel = target.lin_vel[:, :1]
+    agent_pos = agent.pos[:, bodies] - agent.com[:, None]
+    agent_vel = agent.lin_vel[:, bodies]
+    pos_error = agent_pos - (target.pos[:, bodies] - target.com[:, None])
+    vel_error = agent_vel - target.lin_vel[:, bodies]
+    table = [com_vel, root_vel, agent.lin_vel[:, :1] - root_vel, agent_pos, agent_vel, pos_error, vel_error]
+    after = []
+    if spec.com_error:
+        after.append((agent.com - target.com)[:, None])
+    if preview_pos is not None:
+        ahead = preview_pos[:, :, bodies] - agent.com[:, None, None]
+        after.append(ahead.reshape(len(ahead), -1, 3))
+    vectors = xp.concat(table + after, axis=1)
+    if spec.frame == "heading":
+        vectors = _turn_back(vectors, reference.facing)
+    flat = vectors.reshape(len(vectors), -1)[:, _horizontal_columns(vectors.shape[1])]
+    before = spec.observation_slices["smoothed_action"].start
+    return xp.concat([flat[:, :before], smoothed_action, flat[:, before:]], axis=1)
+
+
+def _turn_back(vectors: Array, facing: Array) -> Array:
+    """Return vectors (N, K, 3) in axes whose x points along ``facing`` (N, 2), the cosine and sine of a heading."""
+    xp = namespace(vectors)
+    cosine, sine = facing[:, :1], facing[:, 1:]
+    x, y = vectors[..., 0], vectors[..., 1]
+    return xp.stack([cosine * x + sine * y, cosine * y - sine * x, vectors[..., 2]], axis=-1)

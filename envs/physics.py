@@ -1,0 +1,22 @@
+"""What a vector env asks of a physics engine: the small protocol that every backend keeps."""
+
+from typing import Protocol
+
+from datasets.body_state import BodyState
+from datasets.rotation import Array
+
+
+class Physics(Protocol):
+    """N simulated humanoids, stepped together."""
+
+    def reset(self, worlds: Array, pose: Array, vel: Array) -> None:
+        """Put worlds (indices) into a state: positions (n, 50) and velocities (n, 49), as ``MotionLibrary.start_pose``."""
+        ...
+
+    def step(self, targets: Array) -> Array:
+        """Advance one control step under PD targets (N, 43) [rad]; return which worlds failed, shape (N,)."""
+        ...
+
+    def bodies(self) -> BodyState:
+        """Return where the bodies are now; the arrays are the caller's to keep."""
+        ...

@@ -1,0 +1,79 @@
+"""Physics on the CPU: MuJoCo's native batch of simulations on a pool of threads."""
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch
+
+from datasets.body_state import BodyState
+from datasets.humanoid import BODY_COUNT
+from envs.humanoid_mjcf import SUBSTEP, build_model
+from envs.mimic_spec import FPS, FRAMES_PER_STEP
+
+SUBSTEPS = round(FRAMES_PER_STEP / FPS / SUBSTEP)  # engine steps in a control step: 4
+MAX_SPEED = 500.0  # m/s or rad/s of any degree of freedom; beyond it a world has exploded
+_NOW = mujoco.mjtStage.mjSTAGE_VEL  # measure at the new state, not one engine step behind it
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+
+
+def _silence_engine() -> None:
+    """Keep the engine from writing MUJOCO_LOG.TXT into the working directory; failed worlds are counted by the env."""
+    config = mujoco.MjLogConfig.get()
+    config.logto_file = False
+    config.logto_console = False
+    config.set()
+
+
+class CpuPhysics:
+    """N humanoids on MuJoCo's thread pool; keeps the protocol of ``envs.physics``."""
+
+    def __init__(self, worlds: int, threads: int = 1) -> None:
+        """Build the model and its simulations.
+
+        Args:
+            worlds: Number of simulations.
+            threads: Native threads that step them.
+        """
+        _silence_engine()
+        self.model = build_model()
+        self._batch = Batch(self.model, nsim=worlds, nthread=threads, persistent=True)
+        self._qpos, self._qvel, self._ctrl = (self._batch.bind(name) for name in ("qpos", "qvel", "ctrl"))
+        self._xpos, self._xmat, self._sensors = (self._batch.bind(name) for name in ("xpos", "xmat", "sensordata"))
+
+    def reset(self, worlds: np.ndarray, pose: np.ndarray, vel: np.ndarray) -> None:
+        """Put worlds into a state; see ``Physics.reset``."""
+        self._batch.reset(worlds, stage=mujoco.mjtStage.mjSTAGE_NONE)
+        self._qpos[worlds] = pose
+        self._qvel[worlds] = vel
+        self._batch.forward(worlds, stage=_NOW)
+
+    def step(self, targets: np.ndarray) -> np.ndarray:
+        """Advance one control step; see ``Physics.step``."""
+        self._ctrl[:] = targets
+        self._batch.step(nstep=SUBSTEPS, stage=_NOW)
+        return ~(np.abs(self._qvel).max(axis=1) < MAX_SPEED)  # written so that NaN counts as failed
+
+    def bodies(self) -> BodyState:
+        """Return where the bodies are; see ``Physics.bodies``."""
+        worlds, three = len(self._sensors), 3 * BODY_COUNT
+        sensed = self._sensors.astype(np.float32)
+        return BodyState(
+            pos=self._xpos[:, 1:].astype(np.float32),
+            rot=self._xmat[:, 1:].astype(np.float32).reshape(worlds, BODY_COUNT, 3, 3),
+            lin_vel=sensed[:, :three].reshape(worlds, BODY_COUNT, 3),
+            ang_vel=sensed[:, three : 2 * three].reshape(worlds, BODY_COUNT, 3),
+            com=sensed[:, 2 * three : 2 * three + 3],
+            com_vel=sensed[:, 2 * three + 3 :],
+        )
+
+    def poses(self) -> np.ndarray:
+        """Return a copy of the generalised positions, shape (N, 50)."""
+        return self._qpos.copy()
+
+    def get_state(self) -> np.ndarray:
+        """Return everything that the next step depends on, to be given to ``set_state``, shape (N, S)."""
+        return self._batch.state.copy()
+
+    def set_state(self, state: np.ndarray) -> None:
+        """Go back to a state that ``get_state`` returned."""
+        self._batch.state[:] = state
+        self._batch.forward(stage=_NOW)

@@ -1,0 +1,87 @@
+"""How well the reference is imitated: eq. 4.6 to 4.10 of the thesis; pure, batched, one function per term."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from datasets.body_state import BodyState
+from datasets.humanoid import HEAD, SKELETON
+from datasets.motion_library import Reference, axis_velocity
+from datasets.rotation import Array, namespace
+from envs.mimic_spec import ALPHA_LOCAL, ALPHA_POSITION, ALPHA_VELOCITY, DISCOUNT_OFFSET, DISCOUNT_SLOPE
+
+_PARENTS = np.array(SKELETON.parents[1:])
+_ARM = 0.5  # m, from a body's origin to the face centres of its unit cube
+
+
+class Reward(NamedTuple):
+    """The terms of the reward, each of shape (N,) and at most 1; ``total`` is at most 3."""
+
+    local_pose: Array
+    position: Array
+    velocity: Array
+    discount: Array
+
+    @property
+    def total(self) -> Array:
+        """The reward of eq. 4.10."""
+        return self.discount * (self.local_pose + self.position + self.velocity)
+
+
+def reward(agent: BodyState, reference: Reference) -> Reward:
+    """Return every term of the reward of N worlds. Source: thesis, eq. 4.6 to 4.9."""
+    return Reward(
+        local_pose(agent, reference), position(agent, reference), velocity(agent, reference), discount(agent, reference.body)
+    )
+
+
+def local_pose(agent: BodyState, reference: Reference) -> Array:
+    """Return exp(-2.5 x mean angle [rad] between the 19 joints' local rotations), shape (N,). Source: eq. 4.6."""
+    xp = namespace(agent.rot)
+    local = agent.rot[:, _PARENTS].swapaxes(-1, -2) @ agent.rot[:, 1:]
+    # Chord instead of trace: |A - B| = 2 sqrt(2) sin(angle / 2) stays exact for small angles in single precision.
+    chord = xp.sqrt(xp.sum((local - reference.local_rot) ** 2, axis=(-2, -1)))
+    angles = 2.0 * xp.arcsin(xp.clip(chord / 8.0**0.5, 0.0, 1.0))
+    return xp.exp(-ALPHA_LOCAL * xp.mean(angles, axis=-1))
+
+
+def position(agent: BodyState, reference: Reference) -> Array:
+    """Return exp(-1.0 x mean over bodies of the six face centres' summed distances [m]), shape (N,).
+
+    Face centres stand at +-0.5 m along each body's axes and are taken from the root. Source: eq. 4.7.
+    """
+    target = reference.body
+    centre = (agent.pos - agent.pos[:, :1]) - (target.pos - target.pos[:, :1])
+    return namespace(centre).exp(-ALPHA_POSITION * _six_faces(centre, agent.rot - target.rot))
+
+
+def velocity(agent: BodyState, reference: Reference) -> Array:
+    """Return exp(-0.1 x mean over bodies of the six face centres' summed velocity errors [m/s]), shape (N,).
+
+    Velocities are those of the positions of eq. 4.7, hence relative to the root's. Source: eq. 4.8.
+    """
+    target = reference.body
+    centre = (agent.lin_vel - agent.lin_vel[:, :1]) - (target.lin_vel - target.lin_vel[:, :1])
+    arms = axis_velocity(agent.ang_vel, agent.rot) - reference.axis_vel
+    return namespace(centre).exp(-ALPHA_VELOCITY * _six_faces(centre, arms))
+
+
+def discount(agent: BodyState, target: BodyState) -> Array:
+    """Return clamp(1.3 - 1.4 x distance [m] of the heads in the world, 0, 1), shape (N,). Source: eq. 4.9."""
+    xp = namespace(agent.pos)
+    distance = xp.sqrt(xp.sum((agent.pos[:, HEAD] - target.pos[:, HEAD]) ** 2, axis=-1))
+    return xp.clip(DISCOUNT_OFFSET - DISCOUNT_SLOPE * distance, 0.0, 1.0)
+
+
+def _six_faces(centre: Array, axes: Array) -> Array:
+    """Return, averaged over bodies, the summed norms of ``centre`` +- half of each axis, shape (N,).
+
+    Args:
+        centre: Difference of the origins, shape (N, 20, 3).
+        axes: Difference of the unit axes, as columns, shape (N, 20, 3, 3).
+    """
+    xp = namespace(centre)
+    arms = _ARM * axes
+    faces = xp.stack([centre[..., None] + arms, centre[..., None] - arms])
+    norms = xp.sqrt(xp.sum(faces * faces, axis=-2))
+    return xp.sum(norms, axis=(0, 2, 3)) / centre.shape[1]

@@ -1,0 +1,55 @@
+"""Where an episode begins: any frame of any clip, sooner where episodes fail, never seldom anywhere."""
+
+import numpy as np
+
+from datasets.motion_library import MotionLibrary
+from envs.mimic_spec import FRAMES_PER_STEP
+
+BIN_FRAMES = 30  # half a second
+UNIFORM_SHARE = 0.3  # of the starts, drawn whatever happened before
+MEMORY = 0.05  # weight of the newest outcome in a bin's failure rate
+AHEAD = 3  # bins: an episode should begin up to this long before the place where others fail
+
+
+class StartSampler:
+    """Draws start frames from half-second bins by how often episodes that pass a bin fail in it."""
+
+    def __init__(self, library: MotionLibrary, clip_weights: np.ndarray | None = None) -> None:
+        """Divide the clips into bins.
+
+        Args:
+            library: The clips.
+            clip_weights: How often each clip is drawn in the uniform share; by their length if None, shape (clips,).
+        """
+        usable = [max(clip.frames - FRAMES_PER_STEP, 1) for clip in library.clips]  # a start needs a step behind it
+        counts = [-(-frames // BIN_FRAMES) for frames in usable]
+        self.clip = np.repeat(np.arange(len(usable)), counts)
+        self.first = np.concat([BIN_FRAMES * np.arange(count) for count in counts])  # frame within the clip
+        self.width = np.minimum(BIN_FRAMES, np.array(usable)[self.clip] - self.first)
+        self._offset = np.cumsum([0, *counts[:-1]])
+        weights = np.ones(len(usable)) if clip_weights is None else clip_weights / usable
+        prior = self.width * weights[self.clip]
+        self.prior = prior / prior.sum()
+        self.failure_rate = np.ones(len(self.clip))  # everything is hard until it was seen to succeed
+
+    def probabilities(self) -> np.ndarray:
+        """Return how likely each bin is to be drawn, shape (bins,)."""
+        ahead = np.zeros_like(self.failure_rate)
+        for shift in range(AHEAD):
+            same_clip = self.clip[shift:] == self.clip[: len(self.clip) - shift]
+            ahead[: len(same_clip)] = np.maximum(ahead[: len(same_clip)], same_clip * self.failure_rate[shift:])
+        hard = self.prior * (ahead + 1e-3)
+        return UNIFORM_SHARE * self.prior + (1.0 - UNIFORM_SHARE) * hard / hard.sum()
+
+    def draw(self, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        """Return ``count`` starts as clips (count,) and frames within them (count,)."""
+        bins = rng.choice(len(self.clip), size=count, p=self.probabilities())
+        return self.clip[bins], self.first[bins] + rng.integers(0, self.width[bins])
+
+    def record(self, clip: np.ndarray, start: np.ndarray, end: np.ndarray, failed: np.ndarray) -> None:
+        """Learn from ended episodes: their clip, first and last frame within it, and whether they failed, each (n,)."""
+        for one, first, last, bad in zip(clip, start // BIN_FRAMES, end // BIN_FRAMES, failed, strict=True):
+            first_bin = self._offset[one] + first
+            last_bin = min(self._offset[one] + last, np.searchsorted(self.clip, one, side="right") - 1)
+            self.failure_rate[first_bin:last_bin] *= 1.0 - MEMORY
+            self.failure_rate[last_bin] += MEMORY * (float(bad) - self.failure_rate[last_bin])

@@ -1,0 +1,199 @@
+"""The native vector env: many mimicking humanoids in one process; the only owner of clocks and resets."""
+
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from gymnasium.vector import AutoresetMode, VectorEnv
+
+from datasets.body_state import BodyState
+from datasets.motion_library import MotionLibrary, Reference
+from envs import termination
+from envs.episode_metrics import EpisodeMetrics
+from envs.humanoid_mjcf import HINGE_KP, HINGE_KV
+from envs.mimic_spec import EPISODE_FRAMES, FPS, FRAMES_PER_STEP, MimicSpec
+from envs.observation import observe
+from envs.physics_cpu import CpuPhysics
+from envs.reward import reward
+from envs.start_state import StartSampler
+
+_SPEED_FEED = (HINGE_KV / HINGE_KP).astype(np.float32)  # s: lets PD motors damp the error of the speed, eq. 4.1
+
+
+class AdaptMimicVectorEnv(VectorEnv):
+    """N humanoids that mimic the clips of a library, stepped together.
+
+    Autoreset is same-step: a world that ends is reset at once, ``final_obs`` in the info holds its true last observation,
+    and ``tracking`` the metrics of the episode that ended. With ``AutoresetMode.DISABLED`` nothing resets by itself, and
+    ``reset`` takes ``reset_mask`` in its options.
+    """
+
+    def __init__(
+        self,
+        library: MotionLibrary,
+        num_envs: int = 1,
+        spec: MimicSpec | None = None,
+        threads: int = 1,
+        autoreset_mode: AutoresetMode = AutoresetMode.SAME_STEP,
+        clip_weights: np.ndarray | None = None,
+    ) -> None:
+        """Build the simulations.
+
+        Args:
+            library: Reference motion at 60 fps.
+            num_envs: Number of worlds N.
+            spec: Variant of the task, the thesis's by default.
+            threads: Native threads that step the worlds.
+            autoreset_mode: SAME_STEP or DISABLED.
+            clip_weights: How often each clip is drawn; by length if None, shape (clips,).
+
+        Raises:
+            ValueError: If the library's rate is not 60 fps or the autoreset mode is another.
+        """
+        if library.fps != FPS:
+            raise ValueError(f"the library's clips run at {library.fps:g} fps, should be {FPS:g}")
+        if autoreset_mode not in (AutoresetMode.SAME_STEP, AutoresetMode.DISABLED):
+            raise ValueError("autoreset_mode should be SAME_STEP or DISABLED")
+        self.num_envs, self.library, self.spec = num_envs, library, spec or MimicSpec()
+        self.physics = CpuPhysics(num_envs, threads)
+        self.starts = StartSampler(library, clip_weights)
+        self.metadata = {"render_modes": [], "render_fps": int(FPS / FRAMES_PER_STEP), "autoreset_mode": autoreset_mode}
+        self.render_mode = None
+        self._autoreset = autoreset_mode == AutoresetMode.SAME_STEP
+        self.single_observation_space = spaces.Box(-np.inf, np.inf, (self.spec.observation_size,), np.float32)
+        self.single_action_space = spaces.Box(-1.0, 1.0, (self.spec.action_size,), np.float32)
+        self.observation_space = spaces.Box(-np.inf, np.inf, (num_envs, self.spec.observation_size), np.float32)
+        self.action_space = spaces.Box(-1.0, 1.0, (num_envs, self.spec.action_size), np.float32)
+        self.observation_slices = self.spec.observation_slices
+        self._hinges = np.array(self.spec.residual_hinges)
+        self._ahead = FRAMES_PER_STEP * np.array(self.spec.preview, dtype=int)
+        self._clip_start = np.array([clip.start for clip in library.clips])
+        self._clip_end = self._clip_start + np.array([clip.frames for clip in library.clips]) - 1  # last row of each clip
+        self._metrics = EpisodeMetrics(num_envs)
+        self._clip = np.zeros(num_envs, dtype=int)
+        self._first, self._row, self._last = (np.zeros(num_envs, dtype=int) for _ in range(3))  # rows of the library
+        self._anchor = np.zeros((num_envs, 3), dtype=np.float32)
+        self._action = np.zeros((num_envs, self.spec.action_size), dtype=np.float32)
+        self.physics_failures = 0
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[np.ndarray, dict[str, Any]]:
+        """Begin episodes.
+
+        Args:
+            seed: Of the start frames drawn from now on.
+            options: ``reset_mask`` (N,) bool, the worlds to reset, all by default; ``clip`` and ``frame`` (n,), where those
+                worlds begin instead of at random; ``frames`` (n,), the longest that each may last.
+
+        Returns:
+            Observations (N, O) and an empty info.
+        """
+        super().reset(seed=seed)
+        options = options or {}
+        worlds = np.flatnonzero(options.get("reset_mask", np.ones(self.num_envs, dtype=bool)))
+        if "clip" in options:
+            clip, frame = np.asarray(options["clip"]), np.asarray(options["frame"])
+        else:
+            clip, frame = self.starts.draw(len(worlds), self.np_random)
+        self._begin(worlds, clip, frame, options.get("frames", EPISODE_FRAMES))
+        reference = self.library.at(self._row)
+        return self._observe(slice(None), self.physics.bodies(), reference), {}
+
+    def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """Advance every world by one control step of 1/30 s.
+
+        Args:
+            actions: In [-1, 1], clipped to it, shape (N, A).
+
+        Returns:
+            Observations (N, O), rewards (N,), terminated (N,), truncated (N,), and the info: reward terms by name (N,),
+            ``physics_failed`` (N,), and for worlds that ended ``final_obs`` and ``tracking`` with their masks.
+        """
+        newest = np.clip(np.asarray(actions, dtype=np.float32), -1.0, 1.0)
+        self._action = self.spec.smoothing * newest + (1.0 - self.spec.smoothing) * self._action
+        self._row += FRAMES_PER_STEP
+        reference = self.library.at(self._row)
+        targets = reference.hinges + _SPEED_FEED * reference.hinge_vel
+        targets[:, self._hinges] += self.spec.action_scale * self._action
+        failed = self.physics.step(targets)
+        agent = self.physics.bodies()
+        if failed.any():  # no number of an exploded world may reach anybody
+            self.physics_failures += int(failed.sum())
+            for mine, theirs in zip(agent, reference.body, strict=True):
+                mine[failed] = theirs[failed]
+        terms = reward(agent, reference)
+        rewards = np.where(failed, 0.0, terms.total).astype(np.float32)
+        terminated = failed | termination.lost(terms.discount) | termination.fallen(agent)
+        truncated = ~terminated & (self._row + FRAMES_PER_STEP > self._last)
+        self._metrics.add(rewards, agent.pos[:, 0], reference.body.pos[:, 0], reference.truth_root + self._anchor)
+        observation = self._observe(slice(None), agent, reference)
+        info: dict[str, Any] = {f"reward/{name}": term for name, term in terms._asdict().items()}
+        info["physics_failed"] = failed
+        ended = terminated | truncated
+        if ended.any():
+            self._end(ended, terminated, observation, info)
+            if self._autoreset:
+                observation = self._restart(np.flatnonzero(ended), observation)
+        return observation, rewards, terminated, truncated, info
+
+    def get_state(self) -> dict[str, Any]:
+        """Return everything that the future of this env depends on, as arrays and plain values."""
+        return {
+            "physics": self.physics.get_state(),
+            "clocks": np.stack([self._clip, self._first, self._row, self._last]),
+            "anchor": self._anchor.copy(),
+            "action": self._action.copy(),
+            "sums": self._metrics.sums.copy(),
+            "failure_rate": self.starts.failure_rate.copy(),
+            "physics_failures": self.physics_failures,
+            "random": self.np_random.bit_generator.state,
+        }
+
+    def set_state(self, state: dict[str, Any]) -> np.ndarray:
+        """Go back to a state that ``get_state`` returned; return the observations (N, O) there."""
+        self.physics.set_state(state["physics"])
+        self._clip, self._first, self._row, self._last = state["clocks"].copy()
+        self._anchor, self._action = state["anchor"].copy(), state["action"].copy()
+        self._metrics.sums[:] = state["sums"]
+        self.starts.failure_rate[:] = state["failure_rate"]
+        self.physics_failures = int(state["physics_failures"])
+        self.np_random.bit_generator.state = state["random"]
+        return self._observe(slice(None), self.physics.bodies(), self.library.at(self._row))
+
+    def _begin(self, worlds: np.ndarray, clip: np.ndarray, frame: np.ndarray, frames: np.ndarray | int) -> None:
+        """Put worlds onto the reference at the given frames, for at most ``frames`` frames."""
+        row = self._clip_start[clip] + frame
+        self._clip[worlds], self._first[worlds], self._row[worlds] = clip, row, row
+        self._last[worlds] = np.minimum(row + frames, self._clip_end[clip])
+        start = self.library.at(row)
+        self._anchor[worlds] = start.body.pos[:, 0] - start.truth_root
+        self._action[worlds] = 0.0
+        self._metrics.reset(worlds)
+        self.physics.reset(worlds, self.library.start_pose[row], self.library.start_vel[row])
+
+    def _end(self, ended: np.ndarray, terminated: np.ndarray, observation: np.ndarray, info: dict[str, Any]) -> None:
+        """Report the episodes that ended, and let the sampler learn from them."""
+        worlds = np.flatnonzero(ended)
+        of = self._metrics.of(worlds, self._last[worlds] - self._first[worlds])
+        spread = {name: np.zeros(self.num_envs) for name in of}
+        for name, values in of.items():
+            spread[name][worlds] = values
+        info |= {"final_obs": observation, "_final_obs": ended, "tracking": spread, "_tracking": ended}
+        begin = self._clip_start[self._clip[worlds]]
+        first, last = self._first[worlds] - begin, self._row[worlds] - begin
+        self.starts.record(self._clip[worlds], first, last, terminated[worlds])
+
+    def _restart(self, worlds: np.ndarray, observation: np.ndarray) -> np.ndarray:
+        """Begin new episodes in ``worlds``; return the observations with theirs replaced."""
+        self._begin(worlds, *self.starts.draw(len(worlds), self.np_random), EPISODE_FRAMES)
+        agent = BodyState(*(array[worlds] for array in self.physics.bodies()))
+        observation = observation.copy()
+        observation[worlds] = self._observe(worlds, agent, self.library.at(self._row[worlds]))
+        return observation
+
+    def _observe(self, worlds: np.ndarray | slice, agent: BodyState, reference: Reference) -> np.ndarray:
+        preview = None
+        if len(self._ahead):
+            end = self._clip_end[self._clip[worlds]]
+            rows = np.minimum(self._row[worlds][:, None] + self._ahead, end[:, None])
+            preview = self.library.frames.body.pos[rows]
+        return observe(self.spec, agent, reference, self._action[worlds], preview)
