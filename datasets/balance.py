@@ -3,11 +3,14 @@
 import numpy as np
 from scipy.linalg import solve_banded
 
+from datasets.humanoid import CENTRES, MASSES
+from datasets.rotation import rotate
+
 GRAVITY = 9.81  # m/s^2
 
 
 def balanced_path(pressure: np.ndarray, stiffness: np.ndarray, fps: float) -> np.ndarray:
-    """Return the horizontal path of a centre of mass that the ground pushes from ``pressure`` without tipping it over.
+    """Return the horizontal path of a point mass that the ground pushes from ``pressure`` without tipping it over.
 
     Solves the inverted pendulum x'' = k (x - p) (Kajita et al. 2003, eq. 4, with k = (z'' + g) / z varying in time) as
     a boundary value problem, at rest over p at both ends. Of the two solutions, one of which runs away, that keeps the
@@ -21,14 +24,41 @@ def balanced_path(pressure: np.ndarray, stiffness: np.ndarray, fps: float) -> np
     Returns:
         Path [m], shape (T, 2).
     """
-    k = stiffness.copy()
-    k[0] = k[-1] = 1.0
-    beside = np.full(len(k), -(fps**2))
-    beside[0] = beside[-1] = 0.0
-    band = np.zeros((3, len(k)))
-    band[0, 1:], band[2, :-1] = beside[:-1], beside[1:]
-    band[1] = k - 2.0 * beside
-    return solve_banded((1, 1), band, k[:, None] * pressure)
+    return _pendulum(stiffness, -stiffness[:, None] * pressure, pressure[[0, -1]], fps)
+
+
+def _pendulum(k: np.ndarray, drive: np.ndarray, ends: np.ndarray, fps: float) -> np.ndarray:
+    """Return x (T, 2) with x'' - k x = drive and the given ``ends`` (2, 2), by central differences."""
+    diagonal, beside = k + 2.0 * fps**2, np.full(len(k), -(fps**2))
+    diagonal[[0, -1]], beside[[0, -1]] = 1.0, 0.0
+    right = -drive
+    right[[0, -1]] = ends
+    return solve_banded((1, 1), np.stack([np.append(0.0, beside[:-1]), diagonal, np.append(beside[1:], 0.0)]), right)
+
+
+def tipping_cure(positions: np.ndarray, rotations: np.ndarray, pressure: np.ndarray, fps: float) -> np.ndarray:
+    """Return how far to shift a moving body (T, 2) [m] so that the ground's force on it acts at ``pressure``.
+
+    The moment of gravity and of the bodies' accelerations about that point tells how it would tip over; a shift of the whole
+    body obeys the pendulum's equation driven by that moment. Where nothing carries the body, it is the momentum that counts.
+
+    Args:
+        positions: Of the 20 bodies [m], shape (T, 20, 3).
+        rotations: Of the 20 bodies, wxyz, shape (T, 20, 4).
+        pressure: Centre of pressure [m], shape (T, 3).
+        fps: Frames per second.
+    """
+    share = MASSES / MASSES.sum()
+    centres = positions + rotate(rotations, np.broadcast_to(CENTRES, positions.shape))
+    force = np.zeros_like(centres)
+    force[1:-1] = (centres[2:] - 2.0 * centres[1:-1] + centres[:-2]) * fps**2
+    force[..., 2] += GRAVITY
+    arm = centres - pressure[:, None]
+    total, height = np.einsum("b,tbc->tc", share, force), np.einsum("b,tb->t", share, arm[..., 2])
+    moment = np.einsum("b,tba->ta", share, force[..., 2:] * arm[..., :2] - force[..., :2] * arm[..., 2:]) / height[:, None]
+    carried = np.clip(total[:, 2] / (0.3 * GRAVITY), 0.0, 1.0)[:, None]
+    drive = carried * moment - (1.0 - carried) * total[:, :2]
+    return _pendulum(np.maximum(total[:, 2], 0.0) / height, drive, np.zeros((2, 2)), fps)
 
 
 def reachable_height(hip_offset: np.ndarray, pelvis: np.ndarray, ankle: np.ndarray, leg: float) -> np.ndarray:

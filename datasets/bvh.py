@@ -152,15 +152,17 @@ def channel_values(bvh: Bvh, local_positions: np.ndarray, local_rotations: np.nd
 
 def _nearest_angles(rotations: Rotation, order: str, own: np.ndarray) -> np.ndarray:
     """Return the angles [degrees] (N, axes) about the axes ``order`` that make ``rotations`` and are nearest to ``own``."""
+    kept = len(order)
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Gimbal lock")  # any of the then many solutions will do
         angles = rotations.as_euler(order + "".join(axis for axis in "XYZ" if axis not in order), degrees=True)
     first, middle, last = angles.T
-    candidates = np.stack([angles, np.stack([first + 180, 180 - middle, last + 180], axis=-1)])[: 2 if len(order) == 3 else 1]
-    candidates = candidates[..., : len(order)]
-    candidates += 360 * np.round((own - candidates) / 360)
-    best = np.argmin(np.sum((candidates - own) ** 2, axis=-1), axis=0)
-    return candidates[best, np.arange(len(own))]
+    candidates = np.stack([angles, np.stack([first + 180, 180 - middle, last + 180], axis=-1)])
+    wanted = np.pad(own, ((0, 0), (0, 3 - kept)))  # an axis without a channel should not turn at all
+    candidates += 360 * np.round((wanted - candidates) / 360)
+    weights = np.where(np.arange(3) < kept, 1.0, 1e6)
+    best = np.argmin((candidates - wanted) ** 2 @ weights, axis=0)
+    return candidates[best, np.arange(len(own)), :kept]
 
 
 def _columns(bvh: Bvh) -> Iterator[tuple[int, str, int]]:

@@ -4,8 +4,6 @@ Takes what real files have: any white space and line ends, keywords in any case,
 several lines, names with blanks, joints with none, one or several End Sites and with any channels.
 """
 
-import math
-import os
 import re
 from array import array
 from dataclasses import dataclass, field
@@ -22,6 +20,7 @@ MAX_LINE = 2**20  # characters
 MAX_LINES = 5_000_000  # eleven hours at 120 frames per second
 MAX_VALUES = 2**25  # of all channels, 256 MiB in memory
 MAX_NODES = 1000  # joints and end sites; the largest real skeleton seen has 165 joints
+MAX_NAME = 200  # characters
 MAX_DEPTH = 100  # joints from the root to a leaf
 MAX_MAGNITUDE = 1e6  # of an offset or a channel: 1 km in millimetres, 2,777 turns
 MIN_FRAME_TIME, MAX_FRAME_TIME = 1e-4, 1.0  # s
@@ -56,8 +55,8 @@ class _Reader:
 
     def line(self) -> str:
         """Return the next line, empty at the end of the file."""
-        self.number += 1
         line = self.file.readline(MAX_LINE)
+        self.number += bool(line)
         if len(line) == MAX_LINE or self.number > MAX_LINES:
             self.fail(f"a BVH file has one frame a line, at most {MAX_LINES} lines and fewer than {MAX_LINE} characters in each")
         return line
@@ -181,8 +180,8 @@ def _open_joint(reader: _Reader, tree: Tree, parent: int) -> int:
     words = reader.rest("a joint's name")
     end = words.index("{") if "{" in words else len(words)
     name, reader.words = " ".join(words[:end]), words[end:]
-    if not name.isprintable() or not name or "}" in words[:end]:
-        reader.fail(f"{quote(' '.join(words))} stands where a joint's name in UTF-8 should stand")
+    if not 0 < len(name) <= MAX_NAME or not name.isprintable() or "}" in words[:end]:
+        reader.fail(f"{quote(' '.join(words))} stands where a joint's name in UTF-8, of at most {MAX_NAME} characters, should stand")
     if name in tree.names:
         reader.fail(f"a second joint is called {quote(name)}; names should be unique")
     reader.expect("{")
@@ -244,8 +243,8 @@ def _values(reader: _Reader, frames: int, width: int) -> np.ndarray:
         line = int(uneven[0])
         reader.fail(f"{counts[line]} values where each of {frames} frames should have {width}", before + 1 + line)
     if len(values) != frames * width:
-        found = f"{len(values) // width} frames" if len(values) < frames * width else "more"
-        reader.fail(f"{found} before this line; 'Frames:' promises {frames} frames of {width} values")
+        found = f"the file ends after {len(values) // width}" if len(values) < frames * width else "more follow"
+        reader.fail(f"'Frames:' promises {frames} frames of {width} values, but {found}")
     numbers = np.array(values)
     wild = np.flatnonzero(~(np.abs(numbers) <= MAX_MAGNITUDE))
     if len(wild):

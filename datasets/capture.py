@@ -17,7 +17,6 @@ UNITS: dict[str, float] = {"m": 1.0, "ft": 0.3048, "dm": 0.1, "CMU": 0.056444, "
 AXES: dict[str, list[int]] = {"x": [1, 2, 0], "y": [2, 0, 1], "z": [0, 1, 2]}  # up in the file -> its axes that become x, y, z
 MAX_LEG_RATIO = 1.8  # a leg of 0.46 to 1.5 m passes for a human's
 LEADING = 12  # frames at the start among which a T-pose and its smoothed tail are looked for
-LIMBS = ("thigh_l", "thigh_r", "shin_l", "shin_r", "foot_l", "foot_r")
 
 
 @dataclass(frozen=True)
@@ -113,12 +112,12 @@ def _find_up(positions: np.ndarray, roles: Roles, leg: float) -> str:
 
 
 def _leading_frames(positions: np.ndarray, roles: Roles, leg: float) -> int:
-    """Return how many frames to drop at the start: those before the last great jump, where a T-pose precedes the motion."""
+    """Return how many frames to drop at the start: a T-pose that jumps into the motion, and its wake."""
     if len(positions) < 3 * LEADING:
         return 0
     pose = positions[:, list(roles.values())] - positions[:, roles["pelvis"], None]
     step = np.linalg.norm(np.diff(pose, axis=0), axis=-1).mean(axis=-1) / leg
-    usual = np.percentile(step[LEADING:], 99)
-    if step[0] < max(5 * usual, 0.03):
+    if step[0] < max(5 * np.percentile(step[LEADING:], 95), 0.03):
         return 0
-    return 1 + int(np.flatnonzero(step[:LEADING] > 2 * usual).max())
+    usual = 1.5 * step[LEADING : 2 * LEADING].max() + 1e-3  # resampling rings for some frames after the jump
+    return 1 + int(np.flatnonzero(step[:LEADING] > usual).max())

@@ -1,7 +1,7 @@
 """Smooth curves over time that synthetic motion is drawn with."""
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d, minimum_filter1d
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 
 def smoother_step(u: np.ndarray) -> np.ndarray:
@@ -10,21 +10,26 @@ def smoother_step(u: np.ndarray) -> np.ndarray:
     return u**3 * (10.0 + u * (6.0 * u - 15.0))
 
 
-def reach_profile(u: np.ndarray, ramp: float = 0.4) -> np.ndarray:
+def reach_profile(u: np.ndarray, speed_up: float, slow_down: float) -> np.ndarray:
     """Return a rise from 0 to 1 whose speed is flat between raised-cosine ramps: less peak speed than minimum jerk.
 
     Args:
         u: Share of the duration, clipped to 0..1, shape (...).
-        ramp: Share of the duration that each of the two ramps takes, at most 0.5.
+        speed_up: Share of the duration that the first ramp takes.
+        slow_down: Share of the duration that the last ramp takes; both together at most 1.
 
     Returns:
         Share of the way, shape (...), with continuous acceleration.
     """
     u = np.clip(u, 0.0, 1.0)
-    rise = np.minimum(u, 1.0 - u)
-    ramped = 0.5 * (rise - ramp / np.pi * np.sin(np.pi * rise / ramp))
-    half = np.where(rise < ramp, ramped, rise - 0.5 * ramp) / (1.0 - ramp)
-    return np.where(u < 0.5, half, 1.0 - half)
+    way = _ramp(u, speed_up) - _ramp(u - 1.0 + slow_down, slow_down)
+    return way / (1.0 - 0.5 * (speed_up + slow_down))
+
+
+def _ramp(u: np.ndarray, width: float) -> np.ndarray:
+    """Return the integral of a speed that rises as a raised cosine from 0 at ``u`` = 0 to 1 at ``u`` = ``width``."""
+    inside = np.clip(u, 0.0, width)
+    return 0.5 * (inside - width / np.pi * np.sin(np.pi * inside / width)) + np.maximum(u - width, 0.0)
 
 
 def keyframes(t: np.ndarray, times: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -57,8 +62,8 @@ def smoothed(x: np.ndarray, frames: float) -> np.ndarray:
     return gaussian_filter1d(x, frames, axis=0, mode="nearest")
 
 
-def lower_envelope(x: np.ndarray, frames: float) -> np.ndarray:
-    """Return a smooth curve that stays under ``x`` (T,): the minimum over a window, smoothed by a Gaussian within that window."""
-    reach = int(np.ceil(2.5 * frames))
-    lowest = minimum_filter1d(x, 2 * reach + 1, mode="nearest")
-    return gaussian_filter1d(lowest, frames, mode="nearest", radius=reach)
+def smooth_below(limit: np.ndarray, frames: float) -> np.ndarray:
+    """Return a smooth curve under ``limit`` (T,): smoothed by a Gaussian, and lowered around where that is not under it."""
+    smooth = smoothed(limit, frames)
+    window = int(3 * frames)
+    return smooth - smoothed(maximum_filter1d(np.maximum(smooth - limit, 0.0), 2 * window + 1, mode="nearest"), frames)

@@ -11,8 +11,10 @@ from scipy.interpolate import CubicSpline
 from vqf import VQF
 
 from datasets.humanoid import ANKLE_HEIGHT, BODIES, BODY_COUNT, FEET, NAMES, SKELETON
-from datasets.imu_suit import CALIBRATION, GRAVITY, SENSOR_BODIES, SENSOR_RATE, START, Recording, SuitNoise, continuous, record
+from datasets.imu_suit import CALIBRATION, GRAVITY, SENSOR_BODIES, SENSOR_RATE, START, Recording, SuitNoise, record
+from datasets.kinematics import body_poses, continuous, lowest_points
 from datasets.motion import BodyMotion
+from datasets.retarget import GROUND_PERCENTILE
 from datasets.rotation import about_axis, conjugate, from_rotation_vector, multiply, normalise, rotate, to_rotation_vector
 from datasets.skeleton import forward_kinematics
 
@@ -21,7 +23,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 _SOLE_FOOT = np.array([[-0.06, 0.0, -ANKLE_HEIGHT], [0.13, 0.0, -ANKLE_HEIGHT]])  # heel and ball in the foot's frame [m]
 _SOLE_TOE = np.array([[0.07, 0.0, -0.02]])  # tip in the toe's frame [m]
 _STANCE_HEIGHT = 0.03  # m above the lowest sole point, within which another one may stand too
-_STANCE_SPEED = 0.4  # m/s, of a sole point, above which it does not stand
+_STANCE_SPEED = 0.7  # m/s, of a sole point, above which it does not stand
 _STANCE_FLOOR = 0.02  # confidence in a moving lowest point: without it the root would leave for ever on its accelerations
 _HOLD_SECONDS = 0.03  # within which the root takes over the velocity that keeps the standing foot where it was
 _GROUND_SECONDS = 0.15  # within which the standing foot is pulled to the ground
@@ -67,7 +69,7 @@ def simulate_suit(clean: BodyMotion, seed: int, severity: float = 1.0) -> SuitCl
     root[:, :2] += clean.root_position[0, :2] - root[0, :2]
     root, local = _at_clip_rate(root, local, clean)
     faulty = replace(clean, root_position=root, local_rotations=local, name=f"{clean.name}_suit", system="imu_suit")
-    return SuitClip(faulty, free, clean)
+    return SuitClip(_on_ground(faulty), free, clean)
 
 
 def sensor_orientations(recording: Recording) -> np.ndarray:
@@ -162,7 +164,8 @@ def track_root(local: np.ndarray, pelvis_acceleration: np.ndarray, leg_scale: fl
         held = stands @ towards[n] / stands.sum()
         velocity = velocity + (1.0 - np.exp(-surely * step / _HOLD_SECONDS)) * (held - velocity)
         path[n] = path[n - 1] + step * velocity
-        path[n, 2] += (1.0 - np.exp(-surely * step / _GROUND_SECONDS)) * (-lowest[n] - path[n, 2])
+        above = path[n, 2] + lowest[n]  # of the ground; no software lets a foot sink in for long
+        path[n, 2] -= (1.0 - np.exp(-(surely if above > 0 else 3.0) * step / _GROUND_SECONDS)) * above
     return path
 
 
@@ -177,6 +180,12 @@ def _sole_points(local: np.ndarray, leg_scale: float) -> np.ndarray:
         for body, sole in ((foot, _SOLE_FOOT), (toe, _SOLE_TOE)):
             points.extend(positions[:, body] + rotate(rotations[:, body], point) for point in sole)
     return np.stack(points, axis=1)
+
+
+def _on_ground(motion: BodyMotion) -> BodyMotion:
+    """Return the clip at the height at which every suit's clip enters the project: retargeting finds its ground like this."""
+    lift = -np.percentile(lowest_points(*body_poses(motion)).min(axis=-1), GROUND_PERCENTILE)
+    return replace(motion, root_position=motion.root_position + np.array([0.0, 0.0, lift]))
 
 
 def _at_clip_rate(root: np.ndarray, local: np.ndarray, clean: BodyMotion) -> tuple[np.ndarray, np.ndarray]:

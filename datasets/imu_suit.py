@@ -11,6 +11,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt
 
 from datasets.humanoid import ANKLE_HEIGHT, BODY_COUNT, CENTRES, LEG_LENGTH, NAMES, SKELETON
+from datasets.kinematics import continuous, resample
 from datasets.motion import BodyMotion
 from datasets.rotation import about_axis, conjugate, from_rotation_vector, heading, multiply, normalise, rotate, to_rotation_vector
 from datasets.skeleton import forward_kinematics
@@ -25,6 +26,7 @@ START = int((STAND_SECONDS + EASE_SECONDS) * SENSOR_RATE)  # sample of the clip'
 BANDWIDTH = 12.0  # Hz, of human motion; above it optical clips hold marker noise, which would drown in second derivatives
 _STANDING_HEIGHT = LEG_LENGTH + ANKLE_HEIGHT - SKELETON.offsets[NAMES.index("thigh_l"), 2]
 _SLIP_SECONDS = 2.0  # s, between the knots of the slow slip
+_TISSUE_BANDWIDTH = 4.0  # Hz, of flesh under a strapped sensor
 _BURST = 6.0  # samples, mean length of a packet loss
 
 
@@ -57,14 +59,14 @@ class SuitNoise:
     gyroscope_bias: float = 5e-3
     gyroscope_walk: float = 1e-5
     accelerometer_noise: float = 5e-2
-    accelerometer_bias: float = 5e-2
+    accelerometer_bias: float = 0.1
     accelerometer_walk: float = 1e-4
     magnetometer_noise: float = 5e-3
     magnetic_disturbance: float = 0.4
     placement: float = 0.05
     slip_position: float = 1e-2
-    slip_rotation: float = 0.03
-    tissue_rotation: float = 2e-3
+    slip_rotation: float = 0.06
+    tissue_rotation: float = 1e-2
     calibration_error: float = 0.1
     length_error: float = 0.02
     packet_loss: float = 0.005
@@ -132,7 +134,8 @@ def record(clean: BodyMotion, noise: SuitNoise, rng: np.random.Generator) -> Rec
 
 def _performance(clean: BodyMotion, noise: SuitNoise, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Return positions (N, 20, 3) and rotations (N, 20, 4) of the bodies at 100 Hz: T-pose, ease, clip."""
-    root, local = _at_sensor_rate(clean)
+    clip = resample(clean, SENSOR_RATE)
+    root, local = clip.root_position, clip.local_rotations
     before_root, before_local = _standing(root, local, noise, rng)
     low_pass = butter(2, BANDWIDTH, fs=SENSOR_RATE, output="sos")
     root = sosfiltfilt(low_pass, np.concat([before_root, root]), axis=0)
@@ -140,16 +143,6 @@ def _performance(clean: BodyMotion, noise: SuitNoise, rng: np.random.Generator) 
     offsets = np.broadcast_to(SKELETON.offsets, (len(root), BODY_COUNT, 3)).copy()
     offsets[:, 0] = root
     return forward_kinematics(SKELETON.parents, offsets, local)
-
-
-def _at_sensor_rate(clean: BodyMotion) -> tuple[np.ndarray, np.ndarray]:
-    """Return the root's positions and the local rotations at 100 Hz along cubic splines, whose second derivatives are continuous."""
-    if len(clean) < 2:
-        return clean.root_position, clean.local_rotations
-    seconds = np.arange(len(clean)) / clean.fps
-    samples = np.arange(int(np.floor(seconds[-1] * SENSOR_RATE + 1e-6)) + 1) / SENSOR_RATE
-    local = CubicSpline(seconds, continuous(clean.local_rotations))(samples)
-    return CubicSpline(seconds, clean.root_position)(samples), normalise(local)
 
 
 def _standing(root: np.ndarray, local: np.ndarray, noise: SuitNoise, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
@@ -171,12 +164,6 @@ def _standing(root: np.ndarray, local: np.ndarray, noise: SuitNoise, rng: np.ran
     return root[0] + leave[:, None] * (place - root[0]) + meet[:, None] * velocity, rotations
 
 
-def continuous(rotations: np.ndarray) -> np.ndarray:
-    """Return the same rotations (T, ..., 4) with signs that never flip from frame to frame."""
-    flips = np.where(np.sum(rotations[1:] * rotations[:-1], axis=-1) < 0, -1.0, 1.0)
-    return np.concat([rotations[:1], rotations[1:] * np.cumprod(flips, axis=0)[..., None]])
-
-
 def _second_difference(positions: np.ndarray) -> np.ndarray:
     """Return accelerations [m/s^2] at 100 Hz, those at the ends repeated."""
     inner = (positions[2:] - 2 * positions[1:-1] + positions[:-2]) * SENSOR_RATE**2
@@ -192,15 +179,16 @@ def _slow_wander(count: int, rng: np.random.Generator) -> np.ndarray:
 def _tissue(acceleration: np.ndarray, rotations: np.ndarray, noise: SuitNoise, rng: np.random.Generator) -> np.ndarray:
     """Return the tilt (N, 19, 3) [rad] of each sensor as the flesh below it lags behind the acceleration of its body."""
     compliance = noise.tissue_rotation / np.sqrt(3.0) * rng.standard_normal((len(SENSOR_BODIES), 3, 3))
-    tilt = np.einsum("sij,nsj->nsi", compliance, rotate(conjugate(rotations), acceleration))
+    swing = sosfiltfilt(butter(2, _TISSUE_BANDWIDTH, fs=SENSOR_RATE, output="sos"), acceleration, axis=0)
+    tilt = np.einsum("sij,nsj->nsi", compliance, rotate(conjugate(rotations), swing))
     return 0.3 * np.tanh(tilt / 0.3)  # straps hold: no sensor tilts further
 
 
 def _disturbance(positions: np.ndarray, noise: SuitNoise, rng: np.random.Generator) -> np.ndarray:
     """Return the field (N, 19, 3) of dipoles hidden in the floor: pipes and reinforcement disturb feet most (de Vries 2009)."""
     low, high = positions.min(axis=(0, 1))[:2] - 1.0, positions.max(axis=(0, 1))[:2] + 1.0
-    dipoles = int(np.clip(0.3 * np.prod(high - low), 4, 16))
-    depths = rng.uniform(0.2, 1.0, dipoles)
+    dipoles = int(np.clip(np.prod(high - low), 9, 24))  # about one a square metre
+    depths = rng.uniform(0.1, 0.5, dipoles)
     places = np.column_stack([rng.uniform(low, high, (dipoles, 2)), -depths])
     moments = noise.magnetic_disturbance * depths[:, None] ** 3 * rng.standard_normal((dipoles, 3)) / np.sqrt(3.0)
     field = np.zeros_like(positions)

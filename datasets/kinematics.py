@@ -3,11 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation, Slerp
+from scipy.interpolate import CubicSpline
 
 from datasets.humanoid import BODIES, CENTRES, MASSES, SKELETON
 from datasets.motion import BodyMotion
-from datasets.rotation import conjugate, multiply, rotate, to_rotation_vector
+from datasets.rotation import conjugate, multiply, normalise, rotate, to_rotation_vector
 from datasets.skeleton import forward_kinematics
 
 
@@ -58,8 +58,16 @@ def lowest_points(positions: np.ndarray, rotations: np.ndarray) -> np.ndarray:
     return np.stack(heights, axis=-1)
 
 
+def continuous(rotations: np.ndarray) -> np.ndarray:
+    """Return the same rotations (T, ..., 4) with signs that never flip from frame to frame."""
+    flips = np.where(np.sum(rotations[1:] * rotations[:-1], axis=-1) < 0, -1.0, 1.0)
+    return np.concat([rotations[:1], rotations[1:] * np.cumprod(flips, axis=0)[..., None]])
+
+
 def resample(motion: BodyMotion, fps: float) -> BodyMotion:
-    """Return the clip at another frame rate: linear in the root's position, spherical in the rotations.
+    """Return the clip at another frame rate, along cubic splines.
+
+    Straight lines between the frames would give a 30 fps clip stairs for velocities and five times its jitter at 60.
 
     Args:
         motion: Clip at any rate.
@@ -73,9 +81,6 @@ def resample(motion: BodyMotion, fps: float) -> BodyMotion:
     old = np.arange(len(motion)) / motion.fps
     new = np.arange(int(np.floor(old[-1] * fps + 1e-6)) + 1) / fps
     new = np.minimum(new, old[-1])
-    root = np.stack([np.interp(new, old, motion.root_position[:, axis]) for axis in range(3)], axis=1)
-    rotations = np.empty((len(new), motion.local_rotations.shape[1], 4))
-    for body in range(rotations.shape[1]):
-        track = Rotation.from_quat(motion.local_rotations[:, body], scalar_first=True)
-        rotations[:, body] = Slerp(old, track)(new).as_quat(scalar_first=True)
+    root = CubicSpline(old, motion.root_position)(new)
+    rotations = normalise(CubicSpline(old, continuous(motion.local_rotations))(new))
     return replace(motion, root_position=root, local_rotations=rotations, fps=fps)

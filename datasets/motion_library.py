@@ -1,6 +1,7 @@
 """Many clips packed flat and read-only: everything a mimicking step needs to know of a frame, in one look-up."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -108,6 +109,16 @@ class MotionLibrary:
         named = {**self.frames.body._asdict(), **self.frames._asdict()}
         del named["body"]
         return {**named, "start_pose": self.start_pose, "start_vel": self.start_vel}
+
+    def select(self, wanted: Sequence[bool]) -> Self:
+        """Return a library of the clips that are wanted, one answer for each; the library itself if all are."""
+        if all(wanted):
+            return self
+        kept = [clip for clip, keep in zip(self.clips, wanted, strict=True) if keep]
+        rows = np.concat([np.arange(clip.start, clip.start + clip.frames) for clip in kept])
+        starts = np.cumsum([0, *(clip.frames for clip in kept)])
+        clips = tuple(replace(clip, start=int(start)) for clip, start in zip(kept, starts, strict=False))
+        return type(self).from_arrays(clips, {name: array[rows] for name, array in self.arrays().items()}, self.fps)
 
     def __len__(self) -> int:
         """Return the number of frames of all clips together."""

@@ -4,6 +4,7 @@ Numbers come from chapter 4 of the thesis (Tables 4.1 to 4.3, eq. 4.5 to 4.10) a
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 from datasets.humanoid import BODY_COUNT, HINGE_COUNT, HINGES, NAMES
 
@@ -59,14 +60,14 @@ class MimicSpec:
             raise ValueError(f"preview is {list(self.preview)}, should hold positive numbers of control steps")
         object.__setattr__(self, "preview", tuple(self.preview))
 
-    @property
+    @cached_property
     def observed_bodies(self) -> tuple[int, ...]:
         """Indices of the bodies in the observation."""
         if self.configuration == "drecon":
             return tuple(NAMES.index(name) for name in REDUCED_BODIES)
         return tuple(range(BODY_COUNT))
 
-    @property
+    @cached_property
     def residual_hinges(self) -> tuple[int, ...]:
         """Indices of the hinges that actions correct, alpha_d = 1 in eq. 4.3."""
         if self.configuration == "full":
@@ -78,7 +79,7 @@ class MimicSpec:
         """Length of an action."""
         return len(self.residual_hinges)
 
-    @property
+    @cached_property
     def observation_parts(self) -> dict[str, int]:
         """Name and length of each part of the observation, in order (Table 4.1, then the additions)."""
         bodies = 3 * len(self.observed_bodies)
@@ -100,7 +101,7 @@ class MimicSpec:
             parts["preview_body_pos"] = bodies * len(self.preview)
         return parts
 
-    @property
+    @cached_property
     def observation_slices(self) -> dict[str, slice]:
         """Where each part of the observation stands."""
         slices, start = {}, 0

@@ -30,7 +30,11 @@ class StartSampler:
         weights = np.ones(len(usable)) if clip_weights is None else clip_weights / usable
         prior = self.width * weights[self.clip]
         self.prior = prior / prior.sum()
-        self.failure_rate = np.ones(len(self.clip))  # everything is hard until it was seen to succeed
+        self.forget()
+
+    def forget(self) -> None:
+        """Begin anew: everything is hard until it was seen to succeed."""
+        self.failure_rate = np.ones(len(self.clip))
 
     def probabilities(self) -> np.ndarray:
         """Return how likely each bin is to be drawn, shape (bins,)."""

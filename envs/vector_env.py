@@ -80,7 +80,7 @@ class AdaptMimicVectorEnv(VectorEnv):
         """Begin episodes.
 
         Args:
-            seed: Of the start frames drawn from now on.
+            seed: Of the start frames drawn from now on; what the sampler learnt is forgotten, so that a seed means one run.
             options: ``reset_mask`` (N,) bool, the worlds to reset, all by default; ``clip`` and ``frame`` (n,), where those
                 worlds begin instead of at random; ``frames`` (n,), the longest that each may last.
 
@@ -88,6 +88,8 @@ class AdaptMimicVectorEnv(VectorEnv):
             Observations (N, O) and an empty info.
         """
         super().reset(seed=seed)
+        if seed is not None:
+            self.starts.forget()
         options = options or {}
         worlds = np.flatnonzero(options.get("reset_mask", np.ones(self.num_envs, dtype=bool)))
         if "clip" in options:
@@ -110,7 +112,7 @@ class AdaptMimicVectorEnv(VectorEnv):
         """
         newest = np.clip(np.asarray(actions, dtype=np.float32), -1.0, 1.0)
         self._action = self.spec.smoothing * newest + (1.0 - self.spec.smoothing) * self._action
-        self._row += FRAMES_PER_STEP
+        self._row = np.minimum(self._row + FRAMES_PER_STEP, self._clip_end[self._clip])  # a world left ended holds the last frame
         reference = self.library.at(self._row)
         targets = reference.hinges + _SPEED_FEED * reference.hinge_vel
         targets[:, self._hinges] += self.spec.action_scale * self._action

@@ -1,0 +1,37 @@
+"""Brings observations to zero mean and unit variance, by the running statistics of all that was seen."""
+
+import torch
+from torch import nn
+
+CLIP = 10.0  # standard deviations beyond which an observation tells no more
+
+
+class Normaliser(nn.Module):
+    """Running mean and variance of observations; part of a policy's weights, unchanged by gradients."""
+
+    mean: torch.Tensor
+    var: torch.Tensor
+    count: torch.Tensor
+
+    def __init__(self, size: int) -> None:
+        """Start from zero mean and unit variance for observations of length ``size``."""
+        super().__init__()
+        self.register_buffer("mean", torch.zeros(size))
+        self.register_buffer("var", torch.ones(size))
+        self.register_buffer("count", torch.zeros((), dtype=torch.float64))
+
+    def forward(self, observation: torch.Tensor) -> torch.Tensor:
+        """Return normalised observations, shape (..., size)."""
+        return ((observation - self.mean) * torch.rsqrt(self.var + 1e-6)).clamp(-CLIP, CLIP)
+
+    @torch.no_grad()
+    def update(self, observations: torch.Tensor) -> None:
+        """Take observations (M, size) into account, each as much as any before (Chan et al.'s parallel variance)."""
+        new_count = float(len(observations))
+        var, mean = torch.var_mean(observations, dim=0, correction=0)
+        total = self.count + new_count
+        share = (new_count / total).float()
+        delta = mean - self.mean
+        self.var.copy_((1 - share) * self.var + share * var + share * (1 - share) * delta.square())
+        self.mean.add_(share * delta)
+        self.count.copy_(total)

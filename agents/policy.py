@@ -1,0 +1,89 @@
+"""Policy and value: two perceptrons of one shape over normalised observations (thesis 4.4.2.4)."""
+
+import json
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+import torch
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import save_file
+from torch import nn
+
+from agents.normaliser import Normaliser
+from configs.errors import InputError
+
+ACTIVATIONS: dict[str, type[nn.Module]] = {"tanh": nn.Tanh, "elu": nn.ELU, "silu": nn.SiLU, "relu": nn.ReLU}
+
+
+def _perceptron(sizes: list[int], activation: type[nn.Module], last_gain: float) -> nn.Sequential:
+    layers: list[nn.Module] = []
+    for into, out in pairwise(sizes):
+        linear = nn.Linear(into, out)
+        nn.init.orthogonal_(linear.weight, 2**0.5)
+        nn.init.zeros_(linear.bias)
+        layers += [linear, activation()]
+    nn.init.orthogonal_(linear.weight, last_gain)
+    return nn.Sequential(*layers[:-1])
+
+
+class Policy(nn.Module):
+    """Mean action and value of observations, with the normaliser that they share."""
+
+    def __init__(self, observation_size: int, action_size: int, hidden: tuple[int, ...], activation: str = "tanh") -> None:
+        """Build the networks.
+
+        Args:
+            observation_size: Length of an observation.
+            action_size: Length of an action.
+            hidden: Sizes of the hidden layers.
+            activation: One of ``ACTIVATIONS``.
+        """
+        super().__init__()
+        self.shape = {
+            "observation_size": observation_size, "action_size": action_size, "hidden": list(hidden), "activation": activation
+        }  # fmt: skip
+        self.normaliser = Normaliser(observation_size)
+        # Small last weights: the first policy is the zero residual, plus exploration.
+        self.actor = _perceptron([observation_size, *hidden, action_size], ACTIVATIONS[activation], 0.01)
+        self.critic = _perceptron([observation_size, *hidden, 1], ACTIVATIONS[activation], 1.0)
+
+    def mean_action(self, observation: torch.Tensor) -> torch.Tensor:
+        """Return the mean of the action's Gaussian for raw observations (..., O), shape (..., A)."""
+        return self.actor(self.normaliser(observation))
+
+    def value(self, observation: torch.Tensor) -> torch.Tensor:
+        """Return the value of raw observations (..., O), shape (...)."""
+        return self.critic(self.normaliser(observation)).squeeze(-1)
+
+    @torch.inference_mode()
+    def act(self, observation: np.ndarray) -> np.ndarray:
+        """Return the deterministic actions (N, A) for observations (N, O)."""
+        return self.mean_action(torch.from_numpy(observation)).numpy()
+
+    def save(self, path: Path, card: dict[str, Any]) -> None:
+        """Write weights, normaliser, shape and ``card`` (JSON values: task, training clips, ...) as safetensors."""
+        weights = {name: tensor.contiguous() for name, tensor in self.state_dict().items()}
+        temporary = path.with_suffix(".tmp")
+        save_file(weights, temporary, metadata={"shape": json.dumps(self.shape), "card": json.dumps(card)})
+        temporary.replace(path)
+
+    @classmethod
+    def load(cls, path: Path) -> tuple[Self, dict[str, Any]]:
+        """Return a policy that ``save`` wrote, and its card.
+
+        Raises:
+            InputError: If there is no such file, or it holds no policy.
+        """
+        if not path.is_file():
+            raise InputError(f"there is no policy at {path}; a run leaves one in runs/<name>/best/policy.safetensors")
+        try:
+            with safe_open(path, framework="pt") as file:
+                metadata = file.metadata() or {}
+                weights = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 (no mapping)
+            policy = cls(**json.loads(metadata["shape"]))
+            policy.load_state_dict(weights)
+            return policy, json.loads(metadata["card"])
+        except (SafetensorError, KeyError, TypeError, RuntimeError, json.JSONDecodeError):
+            raise InputError(f"{path} holds no policy of this project (a safetensors file with its shape and card)") from None

@@ -1,0 +1,61 @@
+"""Reads a YAML file and command-line overrides into a frozen dataclass; a typing error becomes one clear line."""
+
+from dataclasses import fields, is_dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+from yaml import YAMLError
+
+from configs.errors import InputError
+
+T = TypeVar("T")
+
+
+def load_config(cls: type[T], path: Path, overrides: list[str] | None = None) -> T:
+    """Return the config of a file with overrides applied.
+
+    Args:
+        cls: Frozen dataclass, possibly of dataclasses, with a default for every field.
+        path: YAML file; keys that it leaves out keep their defaults.
+        overrides: Such as ``learner.learning_rate=1e-4``.
+
+    Raises:
+        InputError: If the file is missing or no YAML, a key is unknown, or a value is bad.
+    """
+    if not path.is_file():
+        known = ", ".join(sorted(p.name for p in Path(__file__).parent.glob("*.yaml")))
+        raise InputError(f"there is no config file {path}; the project's own in configs/ are {known}")
+    for text in overrides or []:
+        if "=" not in text:
+            raise InputError(f"override '{text}' should have the form key.sub=value")
+    try:
+        given = OmegaConf.merge(OmegaConf.load(path), OmegaConf.from_dotlist(overrides or []))
+        _check_keys(cls, cast(DictConfig, given), "", str(path))
+        merged = OmegaConf.merge(OmegaConf.structured(cls), given)
+        return cast(T, OmegaConf.to_object(merged))
+    except (YAMLError, OmegaConfBaseException, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{path}: {' '.join(str(error).split())}") from None
+
+
+def save_config(config: Any, path: Path) -> None:  # noqa: ANN401 (any dataclass)
+    """Write a resolved config as YAML."""
+    path.write_text(OmegaConf.to_yaml(OmegaConf.structured(config)))
+
+
+def _check_keys(cls: Any, given: DictConfig, prefix: str, where: str) -> None:  # noqa: ANN401 (any dataclass)
+    """Raise for the first key that the dataclass does not have, naming its nearest neighbour."""
+    known = {field.name: field for field in fields(cls)}
+    if not isinstance(given, DictConfig):
+        raise InputError(f"{where}: {prefix.rstrip('.') or 'the file'} should be a table of keys and values")
+    for key, value in given.items():
+        if str(key) not in known:
+            near = get_close_matches(str(key), known, n=1, cutoff=0.0)
+            raise InputError(f"{where}: unknown key '{prefix}{key}', did you mean '{prefix}{near[0]}'?")
+        default = known[str(key)].default_factory() if callable(known[str(key)].default_factory) else known[str(key)].default  # type: ignore[misc]
+        if is_dataclass(default):
+            _check_keys(type(default), cast(DictConfig, value), f"{prefix}{key}.", where)

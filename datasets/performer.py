@@ -1,0 +1,63 @@
+"""Made-up performers: the parameters that make one person's movements differ from another's."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Style:
+    """How one person moves.
+
+    Attributes:
+        name: Who it is.
+        cadence: Steps in a given time relative to the average person at the same speed.
+        pace: Walking speed relative to the average person.
+        step_width: Between the ankles while walking [m].
+        stance_width: Between the ankles while standing [m].
+        toe_out: Yaw of each foot outward [rad].
+        arm_swing: Flexion and extension of the shoulder at a stride of 1.4 m [rad].
+        elbow: Flexion of the hanging arm's elbow [rad].
+        abduction: Of the hanging upper arm from the vertical [rad].
+        lean: Of the trunk, forward [rad].
+        slump: Of the chest over the spine [rad].
+        twist: Yaw of the pelvis at a stride of 1.4 m [rad].
+        crouch: Share of the leg's length that is never used.
+        left_handed: Whether the left arm gestures first.
+    """
+
+    name: str
+    cadence: float
+    pace: float
+    step_width: float
+    stance_width: float
+    toe_out: float
+    arm_swing: float
+    elbow: float
+    abduction: float
+    lean: float
+    slump: float
+    twist: float
+    crouch: float
+    left_handed: bool
+
+
+def draw_style(name: str, rng: np.random.Generator) -> Style:
+    """Return a person drawn at random; the spread is about that of adults."""
+    degrees = np.deg2rad
+    return Style(
+        name=name,
+        cadence=rng.uniform(0.93, 1.07),
+        pace=rng.uniform(0.88, 1.12),
+        step_width=rng.uniform(0.13, 0.17),
+        stance_width=rng.uniform(0.18, 0.26),
+        toe_out=degrees(rng.uniform(3.0, 11.0)),
+        arm_swing=degrees(rng.uniform(14.0, 32.0)),
+        elbow=degrees(rng.uniform(14.0, 32.0)),
+        abduction=degrees(rng.uniform(10.0, 15.0)),
+        lean=degrees(rng.uniform(-2.0, 2.0)),
+        slump=degrees(rng.uniform(0.0, 8.0)),
+        twist=degrees(rng.uniform(4.0, 9.0)),
+        crouch=rng.uniform(0.004, 0.010),
+        left_handed=bool(rng.uniform() < 0.3),
+    )

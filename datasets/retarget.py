@@ -1,0 +1,175 @@
+"""From a clip on any skeleton to the 20 bodies.
+
+Torso, feet and toes take over their joint's rotation, but for a constant calibration. Limbs are rebuilt from where their
+joints are, because elbow and knee of ours have one hinge: the bend is the performer's, an ankle is where the performer's
+is, and the twist of thigh or upper arm is such that the next bone lies in the hinge's plane. Everything is scaled by leg
+length and put on the ground, the first frame above the origin and facing x.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from datasets.calibration import HINGED, TORSO, Calibration, World, calibrate, from_axes, scale_of, unit_vector
+from datasets.capture import Capture
+from datasets.humanoid import BODIES, NAMES, SKELETON
+from datasets.kinematics import body_poses, lowest_points
+from datasets.motion import BodyMotion
+from datasets.rotation import about_axis, conjugate, cross, heading, multiply, rotate
+from datasets.skeleton import forward_kinematics
+
+GROUND_PERCENTILE = 10.0  # of the lowest point over the frames; in a whole clip some frames sink in and some jump
+# Bend [rad] below which the calibrated hinge axis is used, and beyond which the plane of the limb itself; in between
+# they blend. The second pair is for a limb that seems to bend the wrong way: then noise is likelier than a new plane.
+BLEND_ALONG = (np.radians(10.0), np.radians(45.0))
+BLEND_AGAINST = (np.radians(40.0), np.radians(80.0))
+
+
+@dataclass(frozen=True)
+class Retargeted:
+    """A clip on the 20 bodies and what leads back to the performer.
+
+    A point p of the performer in metres became ``turn(-yaw) (scale p - origin) + lift``.
+
+    Attributes:
+        motion: The clip on the 20 bodies.
+        capture: The clip on its own skeleton.
+        calibration: Constant rotations between the two.
+        scale: Our size over the performer's.
+        origin: Of the ground plane, in our size [m], shape (2,).
+        yaw: Heading of the first frame [rad].
+        lift: Put onto all heights so that the feet are on the ground, in our size [m].
+    """
+
+    motion: BodyMotion
+    capture: Capture
+    calibration: Calibration
+    scale: float
+    origin: np.ndarray
+    yaw: float
+    lift: float
+
+    def place(self, points: np.ndarray) -> np.ndarray:
+        """Return the performer's points (..., 3) [m] where the 20 bodies are."""
+        moved = self.scale * points - np.append(self.origin, -self.lift)
+        return rotate(np.broadcast_to(_turn(-self.yaw), (*moved.shape[:-1], 4)), moved)
+
+
+def retarget(capture: Capture) -> Retargeted:
+    """Return a clip on the 20 bodies.
+
+    Args:
+        capture: Clip on its own skeleton.
+
+    Returns:
+        The clip at its own frame rate and what leads back.
+    """
+    skeleton = capture.motion.skeleton
+    positions, rotations = forward_kinematics(skeleton.parents, capture.motion.local_positions, capture.motion.local_rotations)
+    scale = scale_of(capture, positions)
+    world = World(
+        {body: scale * positions[:, joint] for body, joint in capture.roles.items()},
+        {body: rotations[:, joint] for body, joint in capture.roles.items()},
+    )
+    calibration = calibrate(capture, world, {f"foot_{side}": scale * _foot_tip(capture, f"foot_{side}") for side in "lr"})
+    root, local = _body_pose(world, calibration)
+    yaw, origin = float(heading(local[0, 0])), root[0, :2].copy()
+    turn = np.broadcast_to(_turn(-yaw), (len(root), 4))
+    root = rotate(turn, root - np.append(origin, 0.0))
+    local[:, 0] = multiply(turn, local[:, 0])
+    motion = BodyMotion(root, _continuous(local), capture.motion.fps, capture.motion.name)
+    lift = -float(np.percentile(lowest_points(*body_poses(motion)).min(axis=-1), GROUND_PERCENTILE))
+    motion = BodyMotion(root + (0.0, 0.0, lift), motion.local_rotations, motion.fps, motion.name)
+    return Retargeted(motion, capture, calibration, scale, origin, yaw, lift)
+
+
+def _turn(yaw: float) -> np.ndarray:
+    """Return the rotation (4,) by ``yaw`` [rad] about the vertical."""
+    return about_axis(np.array([0.0, 0.0, 1.0]), np.array(yaw))
+
+
+def _foot_tip(capture: Capture, foot: str) -> np.ndarray:
+    """Return the mean of a foot's children and End Sites in its frame [m], shape (3,): a point ahead of the ankle."""
+    joint, skeleton = capture.roles[foot], capture.motion.skeleton
+    ahead = [skeleton.offsets[child] for child in skeleton.children(joint)]
+    if capture.tips[joint].any() or not ahead:
+        ahead.append(capture.tips[joint])
+    return np.mean(ahead, axis=0)
+
+
+def _continuous(rotations: np.ndarray) -> np.ndarray:
+    """Return the same rotations (T, ..., 4) with signs such that neighbours in time are near each other."""
+    flips = np.sum(rotations[1:] * rotations[:-1], axis=-1, keepdims=True) < 0
+    signs = np.cumprod(np.where(flips, -1.0, 1.0), axis=0)
+    return np.concat([rotations[:1], rotations[1:] * signs])
+
+
+def _body_pose(world: World, calibration: Calibration) -> tuple[np.ndarray, np.ndarray]:
+    """Return the pelvis' positions (T, 3) [m] and the local rotations (T, 20, 4)."""
+    frames = len(world.positions["pelvis"])
+    turned: dict[str, np.ndarray] = {}  # rotations in the world
+    for body in BODIES:
+        if body.name in calibration.frames:
+            turned[body.name] = multiply(world.rotations[body.name], np.broadcast_to(calibration.frames[body.name], (frames, 4)))
+        elif body.parent in turned:
+            turned[body.name] = turned[body.parent]
+    middle = 0.5 * (world.positions["thigh_l"] + world.positions["thigh_r"])
+    hips = [SKELETON.offsets[NAMES.index(f"thigh_{side}")] for side in "lr"]
+    root = middle - rotate(turned["pelvis"], np.broadcast_to(np.mean(hips, axis=0), middle.shape))
+    local = np.zeros((frames, len(BODIES), 4))
+    local[..., 0] = 1.0
+    for limb in HINGED:
+        hip = root + rotate(turned["pelvis"], np.broadcast_to(SKELETON.offsets[NAMES.index(limb)], root.shape))
+        turned[limb], bend = _limb(limb, world, calibration.axes[limb], hip if limb.startswith("thigh") else None)
+        lower = HINGED[limb][0]
+        local[:, NAMES.index(lower)] = bend
+        turned[lower] = multiply(turned[limb], bend)
+    local[:, 0] = turned["pelvis"]
+    for index, body in enumerate(BODIES):
+        if body.parent is not None and len(body.hinges) == 3:
+            local[:, index] = multiply(conjugate(turned[body.parent]), turned[body.name])
+    return root, local
+
+
+def _limb(limb: str, world: World, axis: np.ndarray, hip: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rotations in the world of a thigh or upper arm (T, 4), and the bend of knee or elbow (T, 4).
+
+    Args:
+        limb: Name of the upper body.
+        world: The performer.
+        axis: About which it bends, in its joint's frame, shape (3,).
+        hip: Where our limb begins, if it shall end where the performer's ends [m], shape (T, 3); else it only points there.
+    """
+    middle, end, rest_axis = HINGED[limb]
+    upper = unit_vector(world.positions[middle] - world.positions[limb])
+    lower = unit_vector(world.positions[end] - world.positions[middle])
+    bones = [float(np.linalg.norm(SKELETON.offsets[NAMES.index(body)])) for body in (middle, end)]
+    span = bones[0] * upper + bones[1] * lower if hip is None else world.positions[end] - hip
+    along = unit_vector(span)
+    normal = _bend_normal(upper, lower, rotate(world.rotations[limb], np.broadcast_to(axis, upper.shape)), along)
+    bend = np.arctan2(np.sum(cross(upper, lower) * normal, axis=-1), np.sum(upper * lower, axis=-1))
+    ahead = np.arctan2(bones[1] * np.sin(bend), bones[0] + bones[1] * np.cos(bend))  # of the span from the upper bone
+    bone = rotate(about_axis(normal, -ahead), along)
+    if limb.startswith("thigh"):
+        rotation = from_axes(cross(normal, -bone), normal, -bone)
+    else:
+        y, z = bone * -rest_axis[2], normal * rest_axis[2]
+        rotation = from_axes(cross(y, z), y, z)
+    return rotation, about_axis(np.broadcast_to(np.abs(rest_axis), upper.shape), np.sum(rest_axis) * bend)
+
+
+def _bend_normal(upper: np.ndarray, lower: np.ndarray, calibrated: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Return the unit axis (T, 3), across ``along``, about which the limb bends: its own plane's where it is bent clearly."""
+    bend = cross(upper, lower)
+    angle = np.arctan2(np.linalg.norm(bend, axis=-1), np.sum(upper * lower, axis=-1))
+    own, calibrated = unit_vector(bend), unit_vector(_across(calibrated, along))
+    agreement = 0.5 + 0.5 * np.sum(own * calibrated, axis=-1)  # 1 bends as calibrated, 0 the opposite way
+    begin, end = (low + (high - low) * agreement for low, high in zip(BLEND_AGAINST, BLEND_ALONG, strict=True))
+    share = np.clip((angle - begin) / (end - begin), 0.0, 1.0)[:, None]
+    share = share * share * (3.0 - 2.0 * share)
+    return unit_vector(_across((1.0 - share) * calibrated + share * own, along))
+
+
+def _across(v: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Return the part of ``v`` (T, 3) that is perpendicular to the unit vectors ``along`` (T, 3)."""
+    return v - np.sum(v * along, axis=-1, keepdims=True) * along

@@ -1,0 +1,113 @@
+"""Motion sources: a BVH file, a folder of them, or the word "synthetic", as clips on the 20 bodies at one rate."""
+
+import csv
+import os
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from configs.errors import InputError
+from datasets.capture import read_capture
+from datasets.kinematics import resample
+from datasets.motion import BodyMotion
+from datasets.retarget import retarget
+from datasets.roles import Mapping
+
+SYNTHETIC = "synthetic"
+FPS = 60.0
+INDEX = "motions.csv"
+KINDS = (
+    "walk", "run", "dash", "jog", "jump", "hop", "kick", "punch", "martial", "salsa", "dance", "indian", "bow", "bye",
+    "wave", "raise", "stairs", "steps", "squat", "sit", "stand", "turn", "crawl", "throw", "climb",
+)  # in a file's name, first match  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Credit:
+    """Who moved, how it was captured, and what was moved."""
+
+    performer: str
+    system: str
+    kind: str
+
+
+def load_clips(source: str | os.PathLike[str], mapping: Mapping | None = None, fps: float = FPS, seed: int = 0) -> list[BodyMotion]:
+    """Return the clips of a motion source.
+
+    Args:
+        source: A BVH file, a folder of them (searched through, in the order of their paths), or "synthetic".
+        mapping: What is known of the joints, unit and axes of all the files.
+        fps: Frame rate to bring the clips to [1/s].
+        seed: Of synthetic motion.
+
+    Returns:
+        Clips on the 20 bodies whose names are unique, credited by the ``motions.csv`` of the folder or of one above it.
+
+    Raises:
+        InputError: If there is no motion there, or a file is broken; names the file.
+    """
+    if str(source) == SYNTHETIC:
+        from datasets.synthetic import synthetic_clips  # slow to make, so not imported by those who read files
+
+        return [resample(clip, fps) for clip in synthetic_clips(seed=seed)]
+    paths = find_files(source)
+    names, index = _unique_names(paths), read_index(paths[0])
+    clips = []
+    for path, name in zip(paths, names, strict=True):
+        clip = resample(retarget(read_capture(path, mapping)).motion, fps)
+        by = credit(path, index)
+        clips.append(replace(clip, name=name, performer=by.performer, system=by.system, kind=by.kind))
+    return clips
+
+
+def find_files(source: str | os.PathLike[str]) -> list[Path]:
+    """Return the BVH files of a source, sorted by path.
+
+    Raises:
+        InputError: If there are none.
+    """
+    path = Path(source)
+    if not path.exists():
+        raise InputError(f"{path}: no such file or folder; a motion source is a BVH file, a folder of them, or '{SYNTHETIC}'")
+    if path.is_file():
+        return [path]
+    files = sorted(file for file in path.rglob("*") if file.suffix.lower() == ".bvh" and file.is_file())
+    if not files:
+        raise InputError(f"{path}: no BVH file in this folder or below; a motion source is a BVH file, a folder of them, or '{SYNTHETIC}'")
+    return files
+
+
+def read_index(path: Path) -> dict[Path, Credit]:
+    """Return the credits of the ``motions.csv`` nearest above ``path``; none where there is no such file.
+
+    Raises:
+        InputError: If the index lacks a column.
+    """
+    folder = next((folder for folder in path.resolve().parents if (folder / INDEX).is_file()), None)
+    if folder is None:
+        return {}
+    with (folder / INDEX).open(encoding="utf-8", newline="") as file:
+        rows = csv.DictReader(file)
+        missing = {"path", "system", "subject", "motion"} - set(rows.fieldnames or ())
+        if missing:
+            raise InputError(f"{folder / INDEX}: lacks the column {', '.join(sorted(missing))}; path, system, subject, motion are needed")
+        return {(folder / row["path"]).resolve(): Credit(row["subject"], row["system"], _kind(row["motion"])) for row in rows}
+
+
+def credit(path: Path, index: dict[Path, Credit]) -> Credit:
+    """Return what the index says of a file, else what its name tells: "anna_walk_02.bvh" was moved by "anna_walk"."""
+    known = index.get(path.resolve())
+    stem = re.sub(r"[\W_]*\d+$", "", path.stem) or path.stem
+    return known or Credit(stem, "unknown", _kind(path.stem))
+
+
+def _kind(text: str) -> str:
+    """Return the first kind of motion that a text names."""
+    found = [(text.lower().find(kind), kind) for kind in KINDS if kind in text.lower()]
+    return min(found)[1] if found else "unknown"
+
+
+def _unique_names(paths: list[Path]) -> list[str]:
+    """Return the files' stems, with their folder in front where two would be the same."""
+    stems = [path.stem for path in paths]
+    return [stem if stems.count(stem) == 1 else f"{path.parent.name}/{stem}" for path, stem in zip(paths, stems, strict=True)]

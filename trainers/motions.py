@@ -1,0 +1,129 @@
+"""Clips, suits and mixture put together into the libraries that a run trains and selects on; prepared once, then cached."""
+
+import hashlib
+import json
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+from safetensors import SafetensorError, safe_open
+from safetensors.numpy import save_file
+
+import datasets
+from configs.errors import InputError
+from datasets.imu_fusion import simulate_suit
+from datasets.mixture import clip_weights, pick_holdout
+from datasets.motion import BodyMotion
+from datasets.motion_library import ClipInfo, MotionLibrary
+from datasets.roles import read_mapping
+from datasets.sources import load_clips
+from trainers.ppo_config import DataConfig
+
+LEFT_OUT_KINDS = ("stairs",)  # the simulated ground is flat
+SHORTEST = 1.0  # s; from less nothing can be learnt
+
+
+@dataclass(frozen=True)
+class PreparedMotions:
+    """What a run trains and selects on.
+
+    Attributes:
+        training: Clips of all performers but the held-out one, as recorded and through simulated suits.
+        weights: How often each training clip is drawn, shape (clips,).
+        holdout: Clips of the held-out performer, the same way; the training clips where nobody is held out.
+        held_out: The held-out performer, or "none".
+    """
+
+    training: MotionLibrary
+    weights: np.ndarray
+    holdout: MotionLibrary
+    held_out: str
+
+
+def prepare_motions(config: DataConfig, cache: Path, say: Callable[[str], None]) -> PreparedMotions:
+    """Return the libraries of a run, from the cache where the same were prepared before.
+
+    Args:
+        config: Which motion.
+        cache: Folder of prepared libraries.
+        say: Told in a line what happens.
+
+    Raises:
+        InputError: If the source is bad, holds nothing to train on, or the held-out performer is unknown.
+    """
+    path = cache / f"{_fingerprint(config)}.safetensors"
+    library = _read_library(path)
+    if library is None:
+        say(f"preparing motion from {config.motions}")
+        library = build_library(config, say)
+        _write_library(library, path)
+    else:
+        say(f"motion from {config.motions} was prepared before: {path}")
+    held_out = config.holdout if config.holdout != "auto" else pick_holdout(library.clips)
+    performers = sorted({clip.performer for clip in library.clips})
+    if held_out not in ("none", *performers):
+        raise InputError(f"data.holdout is '{held_out}', should be auto, none or one of {', '.join(performers)}")
+    training = library.select([clip.performer != held_out for clip in library.clips])
+    holdout = library.select([held_out in ("none", clip.performer) for clip in library.clips])
+    return PreparedMotions(training, clip_weights(training.clips, config.suit_share), holdout, held_out)
+
+
+def build_library(config: DataConfig, say: Callable[[str], None]) -> MotionLibrary:
+    """Return all clips of a source with their simulated suit recordings, packed."""
+    mapping = read_mapping(config.mapping) if config.mapping else None
+    recorded = load_clips(config.motions, mapping, seed=config.seed)
+    usable = [clip for clip in recorded if clip.kind not in LEFT_OUT_KINDS and clip.seconds >= SHORTEST]
+    if not usable:
+        raise InputError(f"data.motions={config.motions} holds no clip of at least {SHORTEST:g} s on flat ground")
+    left = len(recorded) - len(usable)
+    seconds = sum(clip.seconds for clip in usable)
+    say(f"{len(usable)} clips, {seconds / 60:.1f} minutes" + (f"; {left} left out (stairs, or under {SHORTEST:g} s)" if left else ""))
+    suited, truths = wear_suits(usable, config)
+    if suited:
+        say(f"{len(suited)} recordings through simulated IMU suits of severity {config.suit_severity:g}")
+    return MotionLibrary.of([*usable, *suited], truths)
+
+
+def wear_suits(clips: list[BodyMotion], config: DataConfig) -> tuple[list[BodyMotion], dict[str, BodyMotion]]:
+    """Return what simulated suits make of clips, and by their names the clean clips behind them."""
+    suited, truths = [], {}
+    for index, clip in enumerate(clips):
+        for take in range(config.suit_clips):
+            seed = int(np.random.SeedSequence((config.seed, index, take)).generate_state(1)[0])
+            faulty = simulate_suit(clip, seed=seed, severity=config.suit_severity).faulty
+            suited.append(faulty)
+            truths[faulty.name] = clip
+    return suited, truths
+
+
+def _fingerprint(config: DataConfig) -> str:
+    """Return a key of everything that a prepared library depends on: settings, files and the code of ``datasets``."""
+    digest = hashlib.sha256(json.dumps({**asdict(config), "holdout": "", "suit_share": 0}, sort_keys=True).encode())
+    source = Path(config.motions)
+    files = [source] if source.is_file() else sorted(source.rglob("*.[bB][vV][hH]"))
+    code = sorted(Path(datasets.__path__[0]).glob("*.py"))
+    for file in [*files, *code, *([Path(config.mapping)] if config.mapping else [])]:
+        digest.update(str(file.relative_to(source) if file in files and source.is_dir() else file.name).encode())
+        digest.update(file.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _write_library(library: MotionLibrary, path: Path) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    metadata = {"clips": json.dumps([asdict(clip) for clip in library.clips]), "fps": json.dumps(library.fps)}
+    temporary = path.with_suffix(".tmp")
+    save_file(library.arrays(), temporary, metadata=metadata)
+    temporary.replace(path)
+
+
+def _read_library(path: Path) -> MotionLibrary | None:
+    """Return a prepared library, or None where there is none that can be read."""
+    try:
+        with safe_open(path, framework="np") as file:
+            metadata = file.metadata()
+            arrays = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 (no mapping)
+        clips = tuple(ClipInfo(**clip) for clip in json.loads(metadata["clips"]))
+        return MotionLibrary.from_arrays(clips, arrays, json.loads(metadata["fps"]))
+    except (SafetensorError, OSError, KeyError, TypeError, json.JSONDecodeError):
+        return None

@@ -1,0 +1,170 @@
+"""What a training is made of; the defaults are Table 4.3 of the thesis, files in ``configs/`` change them."""
+
+from dataclasses import dataclass, field
+
+from configs.errors import InputError
+from envs.mimic_spec import MimicSpec
+
+
+def _require(good: bool, name: str, value: object, should: str) -> None:
+    if not good:
+        raise InputError(f"{name} is {value}, should be {should}")
+
+
+@dataclass(frozen=True)
+class DataConfig:
+    """Which motion is imitated.
+
+    Attributes:
+        motions: Motion source: a BVH file, a folder of them, or "synthetic".
+        mapping: File that names the joints of a skeleton whose joints cannot be found; none if empty.
+        suit_clips: How many simulated IMU-suit recordings are made of each clip.
+        suit_share: Share of the episodes that follow a simulated suit's clip instead of a clip as recorded.
+        suit_severity: How bad the suits are: 0 perfect, 1 as in the literature.
+        holdout: Performer kept out of training for model selection; "auto" picks one, "none" selects on the training clips.
+        seed: Of everything random in the motion.
+    """
+
+    motions: str = "synthetic"
+    mapping: str = ""
+    suit_clips: int = 1
+    suit_share: float = 0.5
+    suit_severity: float = 1.0
+    holdout: str = "auto"
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        _require(0.0 <= self.suit_share <= 1.0, "data.suit_share", self.suit_share, "from 0 to 1")
+        _require(self.suit_clips >= 0, "data.suit_clips", self.suit_clips, "0 or more")
+        _require(self.suit_severity >= 0.0, "data.suit_severity", self.suit_severity, "0 or more")
+
+
+@dataclass(frozen=True)
+class NetworkConfig:
+    """The two perceptrons.
+
+    Attributes:
+        hidden: Sizes of the hidden layers.
+        activation: "tanh", "elu", "silu" or "relu".
+    """
+
+    hidden: tuple[int, ...] = (1024, 1024, 512)
+    activation: str = "tanh"
+
+    def __post_init__(self) -> None:
+        """Check the values; OmegaConf hands lists over."""
+        object.__setattr__(self, "hidden", tuple(self.hidden))
+        _require(bool(self.hidden) and min(self.hidden) > 0, "network.hidden", list(self.hidden), "positive layer sizes")
+        _require(
+            self.activation in ("tanh", "elu", "silu", "relu"), "network.activation", self.activation, "tanh, elu, silu or relu"
+        )
+
+
+@dataclass(frozen=True)
+class CollectConfig:
+    """How rollouts are collected.
+
+    Attributes:
+        actors: Ray actors, each with its own envs; 0 collects in the learner's process, without Ray.
+        envs: Worlds of each actor.
+        threads: Native threads of each actor that step its worlds.
+        horizon: Steps of each world in a rollout.
+        address: Ray cluster to join, such as "auto"; a local one is started if empty.
+    """
+
+    actors: int = 1
+    envs: int = 4096
+    threads: int = 2
+    horizon: int = 16
+    address: str = ""
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        _require(self.actors >= 0, "collect.actors", self.actors, "0 or more")
+        for name in ("envs", "threads", "horizon"):
+            _require(getattr(self, name) >= 1, f"collect.{name}", getattr(self, name), "1 or more")
+
+
+@dataclass(frozen=True)
+class LearnerConfig:
+    """How the policy is updated.
+
+    Attributes:
+        gamma: Discount factor.
+        gae_lambda: Trace decay of the advantages.
+        clip: Clipping of PPO's ratio.
+        epochs: Passes over each batch.
+        minibatch: Samples in a minibatch.
+        learning_rate: Of Adam, at the start.
+        final_learning_rate: At the end; linear in between.
+        sigma: Standard deviation of the actions, fixed (variance 0.03 in the thesis).
+        final_sigma: At the end of training; linear in between.
+        value_weight: Of the value's loss beside the policy's.
+        max_grad_norm: Gradients are shortened to this norm.
+        target_kl: An update's passes end once the policy has moved this far; 0 never ends them.
+        threads: Threads of torch.
+    """
+
+    gamma: float = 0.99
+    gae_lambda: float = 0.95
+    clip: float = 0.2
+    epochs: int = 6
+    minibatch: int = 16384
+    learning_rate: float = 5e-5
+    final_learning_rate: float = 5e-5
+    sigma: float = 0.03**0.5
+    final_sigma: float = 0.03**0.5
+    value_weight: float = 1.0
+    max_grad_norm: float = 1.0
+    target_kl: float = 0.0
+    threads: int = 2
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        for name in ("gamma", "gae_lambda"):
+            _require(0.0 <= getattr(self, name) <= 1.0, f"learner.{name}", getattr(self, name), "from 0 to 1")
+        for name in ("clip", "learning_rate", "sigma", "final_sigma", "max_grad_norm"):
+            _require(getattr(self, name) > 0.0, f"learner.{name}", getattr(self, name), "above 0")
+        for name in ("epochs", "minibatch", "threads"):
+            _require(getattr(self, name) >= 1, f"learner.{name}", getattr(self, name), "1 or more")
+
+
+@dataclass(frozen=True)
+class PpoConfig:
+    """One training run.
+
+    Attributes:
+        name: The run's folder under ``runs_dir``.
+        runs_dir: Folder of all runs.
+        data: Which motion.
+        task: Which variant of the task.
+        network: Policy and value.
+        collect: Rollouts.
+        learner: Updates.
+        samples: Control steps after which training ends.
+        minutes: Wall-clock limit after which it ends; 0 is none.
+        evaluate_every: Iterations between evaluations on the held-out performer.
+        checkpoint_every: Iterations between checkpoints.
+        seed: Of networks, actions and start frames.
+    """
+
+    name: str = "run"
+    runs_dir: str = "runs"
+    data: DataConfig = field(default_factory=DataConfig)
+    task: MimicSpec = field(default_factory=MimicSpec)
+    network: NetworkConfig = field(default_factory=NetworkConfig)
+    collect: CollectConfig = field(default_factory=CollectConfig)
+    learner: LearnerConfig = field(default_factory=LearnerConfig)
+    samples: int = 2_293_760_000  # 35,000 epochs of 65,536
+    minutes: float = 0.0
+    evaluate_every: int = 400
+    checkpoint_every: int = 50
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        for name in ("samples", "evaluate_every", "checkpoint_every"):
+            _require(getattr(self, name) >= 1, name, getattr(self, name), "1 or more")
+        _require(self.minutes >= 0.0, "minutes", self.minutes, "0 (no limit) or more")
+        _require(bool(self.name) and "/" not in self.name, "name", repr(self.name), "a folder's name")

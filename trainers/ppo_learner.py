@@ -1,0 +1,161 @@
+"""One update of PPO: from rollouts to better weights."""
+
+from typing import Any
+
+import numpy as np
+import torch
+
+from agents.distribution import kl_divergence, log_prob
+from agents.policy import Policy
+from trainers.gae import gae
+from trainers.ppo_config import PpoConfig
+from trainers.ppo_loss import policy_loss, value_loss
+from trainers.rollout import Rollout
+
+
+class PpoLearner:
+    """Owns policy, optimiser and the random order of minibatches."""
+
+    def __init__(self, config: PpoConfig) -> None:
+        """Build policy and optimiser from the run's seed."""
+        torch.set_num_threads(config.learner.threads)
+        torch.manual_seed(config.seed)
+        self.config = config.learner
+        spec = config.task
+        self.policy = Policy(spec.observation_size, spec.action_size, config.network.hidden, config.network.activation)
+        self.optimiser = torch.optim.Adam(self.policy.parameters(), lr=self.config.learning_rate, eps=1e-5, foreach=True)
+        self.random = torch.Generator().manual_seed(config.seed)
+
+    def sigma(self, progress: float) -> float:
+        """Return the actions' standard deviation at a share ``progress`` of the training."""
+        return self.config.sigma + progress * (self.config.final_sigma - self.config.sigma)
+
+    def learning_rate(self, progress: float) -> float:
+        """Return Adam's rate at a share ``progress`` of the training."""
+        return self.config.learning_rate + progress * (self.config.final_learning_rate - self.config.learning_rate)
+
+    def weights(self) -> dict[str, torch.Tensor]:
+        """Return a copy of the policy's weights, normaliser included."""
+        return {name: tensor.detach().clone() for name, tensor in self.policy.state_dict().items()}
+
+    def update(self, rollouts: list[Rollout], progress: float) -> dict[str, float]:
+        """Improve the policy on rollouts that it collected.
+
+        Args:
+            rollouts: Of the current weights, at least one.
+            progress: Share of the training that lies behind.
+
+        Returns:
+            Diagnostics by name.
+        """
+        batch = self._batch(rollouts)
+        sigma, size = self.sigma(progress), len(batch["observations"])
+        for group in self.optimiser.param_groups:
+            group["lr"] = self.learning_rate(progress)
+        sums: dict[str, float] = {}
+        count = 0
+        for _ in range(self.config.epochs):
+            order = torch.randperm(size, generator=self.random)
+            kl_of_pass = []
+            for picked in order.split(self.config.minibatch):
+                found = self._step({name: array[picked] for name, array in batch.items()}, sigma)
+                kl_of_pass.append(found["kl"])
+                count += 1
+                for name, value in found.items():
+                    sums[name] = sums.get(name, 0.0) + value
+            if self.config.target_kl and np.mean(kl_of_pass) > self.config.target_kl:
+                break
+        means = {name: value / count for name, value in sums.items()}
+        # After the update: the rollout's log-probabilities were made with the statistics that it was collected with.
+        self.policy.normaliser.update(batch["observations"])
+        target = batch["targets"]
+        unexplained = (target - batch["values"]).var() / target.var().clamp_min(1e-12)
+        return {
+            **means,
+            "kl": float(np.mean(kl_of_pass)),
+            "explained_variance": 1.0 - float(unexplained),
+            "learning_rate": self.learning_rate(progress),
+            "sigma": sigma,
+            "minibatches": float(count),
+        }
+
+    def _step(self, part: dict[str, torch.Tensor], sigma: float) -> dict[str, float]:
+        observed = self.policy.normaliser(part["observations"])
+        mean = self.policy.actor(observed)
+        value = self.policy.critic(observed).squeeze(-1)
+        now = log_prob(mean, sigma, part["actions"])
+        for_policy = policy_loss(now, part["log_probs"], part["advantages"], self.config.clip)
+        for_value = value_loss(value, part["targets"])
+        self.optimiser.zero_grad(set_to_none=True)
+        (for_policy + self.config.value_weight * for_value).backward()
+        norm = torch.nn.utils.clip_grad_norm_(self.policy.parameters(), self.config.max_grad_norm)
+        self.optimiser.step()
+        with torch.no_grad():
+            clipped = ((now - part["log_probs"]).exp() - 1.0).abs() > self.config.clip
+            return {
+                "policy_loss": for_policy.item(),
+                "value_loss": for_value.item(),
+                "kl": kl_divergence(part["means"], mean, sigma).mean().item(),
+                "clip_fraction": clipped.float().mean().item(),
+                "grad_norm": norm.item(),
+            }
+
+    @torch.no_grad()
+    def _batch(self, rollouts: list[Rollout]) -> dict[str, torch.Tensor]:
+        """Return the samples of all rollouts as flat tensors, with advantages and value targets."""
+        parts = [self._samples(rollout) for rollout in rollouts]
+        batch = {name: torch.concat([part[name] for part in parts]) for name in parts[0]}
+        advantages = batch["advantages"]
+        batch["advantages"] = (advantages - advantages.mean()) / (advantages.std() + 1e-8)
+        return batch
+
+    def _samples(self, rollout: Rollout) -> dict[str, torch.Tensor]:
+        gamma, lam = self.config.gamma, self.config.gae_lambda
+        steps, worlds = rollout.rewards.shape
+        observations = torch.from_numpy(rollout.observations)
+        values = self._values(observations.flatten(0, 1)).reshape(steps, worlds)
+        next_values = np.concat([values[1:], self._values(torch.from_numpy(rollout.last_observations))[None]])
+        next_values[rollout.terminated] = 0.0
+        next_values[rollout.truncated] = self._values(torch.from_numpy(rollout.truncated_observations))
+        # Values are learnt as the discounted mean reward of a step, so that their size does not depend on gamma.
+        rewards = (1.0 - gamma) * rollout.rewards if gamma < 1.0 else rollout.rewards
+        advantages = gae(rewards, values, next_values, rollout.terminated | rollout.truncated, gamma, lam)
+        arrays = {
+            "observations": rollout.observations,
+            "actions": rollout.actions,
+            "log_probs": rollout.log_probs,
+            "advantages": advantages,
+            "values": values,
+            "targets": advantages + values,
+        }
+        samples = {name: torch.from_numpy(np.ascontiguousarray(array)).flatten(0, 1).float() for name, array in arrays.items()}
+        samples["means"] = torch.concat([self.policy.mean_action(part) for part in samples["observations"].split(8192)])
+        return samples
+
+    def _values(self, observations: torch.Tensor) -> np.ndarray:
+        if not len(observations):
+            return np.zeros(0, dtype=np.float32)
+        return torch.concat([self.policy.value(part) for part in observations.split(8192)]).numpy()
+
+    def get_state(self) -> dict[str, Any]:
+        """Return everything that the next update depends on beside the rollouts."""
+        moments = {
+            f"{index}/{name}": value.numpy()
+            for index, state in self.optimiser.state_dict()["state"].items()
+            for name, value in state.items()
+        }
+        return {
+            "policy": {name: tensor.numpy() for name, tensor in self.weights().items()},
+            "optimiser": moments,
+            "random": self.random.get_state().numpy(),
+        }
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Go back to a state that ``get_state`` returned."""
+        self.policy.load_state_dict({name: torch.from_numpy(np.array(array)) for name, array in state["policy"].items()})
+        moments: dict[int, dict[str, torch.Tensor]] = {}
+        for key, array in state["optimiser"].items():
+            index, name = key.split("/")
+            moments.setdefault(int(index), {})[name] = torch.from_numpy(np.array(array))
+        self.optimiser.load_state_dict({**self.optimiser.state_dict(), "state": moments})
+        self.random.set_state(torch.from_numpy(np.array(state["random"])))

@@ -1,0 +1,85 @@
+"""One collector: envs and a copy of the policy, in the learner's process or as a Ray actor in its own."""
+
+from typing import Any
+
+import numpy as np
+import torch
+
+from agents.distribution import log_prob
+from agents.policy import Policy
+from datasets.motion_library import ClipInfo, MotionLibrary
+from envs.episode_metrics import TRACKING_METRICS
+from envs.mimic_spec import MimicSpec
+from envs.vector_env import AdaptMimicVectorEnv
+from trainers.ppo_config import PpoConfig
+from trainers.rollout import Rollout
+
+
+class RolloutActor:
+    """Steps its worlds with the newest policy."""
+
+    def __init__(
+        self, config: PpoConfig, index: int, clips: tuple[ClipInfo, ...], arrays: dict[str, np.ndarray], fps: float, weights: np.ndarray
+    ) -> None:
+        """Build envs and policy.
+
+        Args:
+            config: Of the run.
+            index: Of this actor among all, part of its seed.
+            clips: Of the motion library.
+            arrays: Of the motion library; plain arrays, so that Ray shares their memory among actors.
+            fps: Of the motion library.
+            weights: How often each clip is drawn.
+        """
+        self._horizon = config.collect.horizon
+        spec: MimicSpec = config.task
+        library = MotionLibrary.from_arrays(clips, arrays, fps)
+        self.env = AdaptMimicVectorEnv(library, config.collect.envs, spec, config.collect.threads, clip_weights=weights)
+        self.policy = Policy(spec.observation_size, spec.action_size, config.network.hidden, config.network.activation)
+        seeds = np.random.SeedSequence((config.seed, index)).generate_state(2)
+        self._random = torch.Generator().manual_seed(int(seeds[0]))
+        self._observation, _ = self.env.reset(seed=int(seeds[1]))
+        torch.set_num_threads(config.collect.threads)
+
+    @torch.inference_mode()
+    def collect(self, weights: dict[str, torch.Tensor], sigma: float) -> Rollout:
+        """Return one rollout of the policy with the given weights and standard deviation of its actions."""
+        self.policy.load_state_dict(weights)
+        steps: dict[str, list[np.ndarray]] = {key: [] for key in Rollout._fields[:6]}
+        cut_short: list[np.ndarray] = []
+        episodes: dict[str, list[np.ndarray]] = {name: [] for name in TRACKING_METRICS}
+        terms: dict[str, float] = {}
+        failures = self.env.physics_failures
+        for _ in range(self._horizon):
+            mean = self.policy.mean_action(torch.from_numpy(self._observation))
+            action = mean + sigma * torch.randn(mean.shape, generator=self._random)
+            after, rewards, terminated, truncated, info = self.env.step(action.numpy())
+            values = (self._observation, action.numpy(), log_prob(mean, sigma, action).numpy(), rewards, terminated, truncated)
+            for key, value in zip(steps, values, strict=True):
+                steps[key].append(value)
+            if "final_obs" in info:
+                cut_short.append(info["final_obs"][truncated])
+                for name, found in episodes.items():
+                    found.append(info["tracking"][name][info["_tracking"]])
+            for key, value in info.items():
+                if key.startswith("reward/"):
+                    terms[key] = terms.get(key, 0.0) + float(value.mean()) / self._horizon
+            self._observation = after
+        empty = np.zeros((0, self._observation.shape[1]), dtype=np.float32)
+        return Rollout(
+            **{key: np.stack(value) for key, value in steps.items()},
+            truncated_observations=np.concat([empty, *cut_short]),
+            last_observations=self._observation,
+            episodes={name: np.concat([np.zeros(0), *found]) for name, found in episodes.items()},
+            reward_terms=terms,
+            physics_failures=self.env.physics_failures - failures,
+        )
+
+    def get_state(self) -> dict[str, Any]:
+        """Return everything that the next rollout depends on beside the weights."""
+        return {"env": self.env.get_state(), "random": self._random.get_state().numpy()}
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Go back to a state that ``get_state`` returned."""
+        self._observation = self.env.set_state(state["env"])
+        self._random.set_state(torch.from_numpy(state["random"].copy()))
