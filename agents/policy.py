@@ -18,14 +18,12 @@ ACTIVATIONS: dict[str, type[nn.Module]] = {"tanh": nn.Tanh, "elu": nn.ELU, "silu
 
 
 def _perceptron(sizes: list[int], activation: type[nn.Module], last_gain: float) -> nn.Sequential:
-    layers: list[nn.Module] = []
-    for into, out in pairwise(sizes):
-        linear = nn.Linear(into, out)
-        nn.init.orthogonal_(linear.weight, 2**0.5)
+    linears = [nn.Linear(into, out) for into, out in pairwise(sizes)]
+    for linear in linears:
+        nn.init.orthogonal_(linear.weight, last_gain if linear is linears[-1] else 2**0.5)
         nn.init.zeros_(linear.bias)
-        layers += [linear, activation()]
-    nn.init.orthogonal_(linear.weight, last_gain)
-    return nn.Sequential(*layers[:-1])
+    hidden = [layer for linear in linears[:-1] for layer in (linear, activation())]
+    return nn.Sequential(*hidden, linears[-1])
 
 
 class Policy(nn.Module):

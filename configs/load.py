@@ -42,12 +42,12 @@ def load_config(cls: type[T], path: Path, overrides: list[str] | None = None) ->
         raise InputError(f"{path}: {' '.join(str(error).split())}") from None
 
 
-def save_config(config: Any, path: Path) -> None:  # noqa: ANN401 (any dataclass)
+def save_config(config: Any, path: Path) -> None:
     """Write a resolved config as YAML."""
     path.write_text(OmegaConf.to_yaml(OmegaConf.structured(config)))
 
 
-def _check_keys(cls: Any, given: DictConfig, prefix: str, where: str) -> None:  # noqa: ANN401 (any dataclass)
+def _check_keys(cls: Any, given: DictConfig, prefix: str, where: str) -> None:
     """Raise for the first key that the dataclass does not have, naming its nearest neighbour."""
     known = {field.name: field for field in fields(cls)}
     if not isinstance(given, DictConfig):

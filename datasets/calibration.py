@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from datasets.capture import Capture, leg_length
 from datasets.humanoid import LEG_LENGTH
 from datasets.kinematics import linear_velocity
-from datasets.rotation import conjugate, cross, multiply, rotate
+from datasets.rotation import about_axis, conjugate, cross, multiply, rotate
 from datasets.skeleton import forward_kinematics
 
 TORSO = ("pelvis", "spine", "chest", "head", "collar_l", "collar_r")
@@ -29,7 +29,9 @@ UPRIGHT_SHARE = 0.3  # of the frames, the most upright ones, that stand in for a
 PRIOR_WEIGHT = 0.02  # of the rest pose's hinge axis; a steady bend of 8 degrees weighs as much
 STANCE_SPEED = 0.25  # m/s
 STANCE_HEIGHT = 0.04  # m above the lower foot
-STANCE_SECONDS = 0.1
+STANCE_SECONDS = 0.1  # fewer tell nothing of the sole
+MAX_SLOPE_DIFFERENCE = np.radians(15.0)  # of left and right foot; 10 is the most in 324 clips, 26 in the one on its toes
+SOLE_TILT = np.radians(20.0)  # a foot that stands at a greater angle to the usual stands on its toes or an edge
 _CUBE = np.array([
     matrix for order in permutations(range(3)) for signs in product((1.0, -1.0), repeat=3)
     if np.linalg.det(matrix := np.eye(3)[list(order)] * np.array(signs)[:, None]) > 0
@@ -44,13 +46,13 @@ class Calibration:
         frames: Body -> rotation from the body's frame to its joint's frame, wxyz, of torso, feet and toes.
         axes: Body -> axis in its joint's frame about which the next joint bends, of thighs and upper arms.
         rest_is_human: Whether the rest pose was usable.
-        stance: Seconds of flat-footed standing of the left and the right foot that fixed the soles.
+        stands: Frames in which the left and the right foot stand; they fixed the soles, shape (T, 2).
     """
 
     frames: dict[str, np.ndarray]
     axes: dict[str, np.ndarray]
     rest_is_human: bool
-    stance: tuple[float, float]
+    stands: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -85,11 +87,11 @@ def calibrate(capture: Capture, world: World, foot_tips: dict[str, np.ndarray]) 
     if not rest_is_human:
         frames = {body: _snap(frame) for body, frame in frames.items()}
     axes = {body: _bend_axis(body, world, reference, forward) for body in HINGED}
-    stance = []
-    for side in "lr":
-        frames |= (feet := _sole(side, world, reference, foot_tips[f"foot_{side}"], fps=capture.motion.fps))[0]
-        stance.append(feet[1])
-    return Calibration(frames, axes, rest_is_human, (stance[0], stance[1]))
+    stands = np.stack([_stance(side, world, foot_tips[f"foot_{side}"], capture.motion.fps) for side in "lr"], axis=-1)
+    for side, standing in zip("lr", stands.T, strict=True):
+        enough = standing.sum() >= STANCE_SECONDS * capture.motion.fps
+        frames |= _sole(side, _frames(world, standing) if enough else reference, foot_tips[f"foot_{side}"])
+    return Calibration(_equal_slopes(frames, foot_tips), axes, rest_is_human, stands)
 
 
 def unit_vector(v: np.ndarray) -> np.ndarray:
@@ -148,8 +150,12 @@ def _upright_frames(world: World) -> World:
     torso = unit_vector(at["head"] - at["pelvis"])[:, 2]
     legs = np.minimum(at["thigh_l"][:, 2] - at["foot_l"][:, 2], at["thigh_r"][:, 2] - at["foot_r"][:, 2]) / LEG_LENGTH
     score = torso + legs - np.abs(unit_vector(lateral)[:, 2])
-    chosen = score >= np.quantile(score, 1.0 - UPRIGHT_SHARE)
-    return World({b: p[chosen] for b, p in at.items()}, {b: r[chosen] for b, r in world.rotations.items()})
+    return _frames(world, score >= np.quantile(score, 1.0 - UPRIGHT_SHARE))
+
+
+def _frames(world: World, chosen: np.ndarray) -> World:
+    """Return the frames that a mask (T,) chooses."""
+    return World({b: p[chosen] for b, p in world.positions.items()}, {b: r[chosen] for b, r in world.rotations.items()})
 
 
 def _mean_rotation(rotations: np.ndarray) -> np.ndarray:
@@ -192,24 +198,32 @@ def _between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return q / np.linalg.norm(q, axis=-1, keepdims=True)
 
 
-def _sole(side: str, world: World, reference: World, tip: np.ndarray, fps: float) -> tuple[dict[str, np.ndarray], float]:
-    """Return the frames of one side's foot and toe, flat on average while the foot stands, and the seconds that it stands."""
+def _sole(side: str, flat: World, tip: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the frames of one side's foot and toe from poses in which the sole is flat on average; ``tip`` is ahead."""
     foot, toe = f"foot_{side}", f"toe_{side}"
-    stands = _stance(side, world, tip, fps)
-    seconds = float(stands.sum()) / fps
-    flat = world if seconds >= STANCE_SECONDS else reference
-    frames = stands if seconds >= STANCE_SECONDS else np.ones(len(reference.positions[foot]), dtype=bool)
-    q = flat.rotations[foot][frames]
+    q = flat.rotations[foot]
     up = rotate(conjugate(q), np.broadcast_to((0.0, 0.0, 1.0), (len(q), 3)))
-    mean_up = unit_vector(np.median(up, axis=0))
-    near = up @ mean_up > np.cos(np.radians(20.0))
-    z = unit_vector(up[near].mean(axis=0)) if near.any() else mean_up
+    usual = unit_vector(np.median(up, axis=0))
+    near = up @ usual > np.cos(SOLE_TILT)
+    z = unit_vector(up[near].mean(axis=0)) if near.any() else usual
     x = unit_vector(tip - (tip @ z) * z)
-    calibrated = {foot: from_axes(x, cross(z, x), z)}
-    if toe in world.rotations:
-        of_foot = multiply(q, np.broadcast_to(calibrated[foot], q.shape))
-        calibrated[toe] = _mean_relative(flat.rotations[toe][frames], of_foot)
-    return calibrated, seconds
+    frames = {foot: from_axes(x, cross(z, x), z)}
+    if toe in flat.rotations:
+        ahead = rotate(multiply(q, np.broadcast_to(frames[foot], q.shape)), np.broadcast_to((1.0, 0.0, 0.0), up.shape))
+        x, z = unit_vector(ahead * (1.0, 1.0, 0.0)), np.broadcast_to((0.0, 0.0, 1.0), up.shape)
+        frames[toe] = _mean_relative(flat.rotations[toe], from_axes(x, cross(z, x), z))
+    return frames
+
+
+def _equal_slopes(frames: dict[str, np.ndarray], foot_tips: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the frames with the steeper foot as flat as the other if they differ much: then it only stood on its toes."""
+    tips = {foot: rotate(conjugate(frames[foot]), unit_vector(tip)) for foot, tip in foot_tips.items()}
+    slopes = {foot: float(np.arctan2(-tip[2], tip[0])) for foot, tip in tips.items()}
+    steep, flat = sorted(slopes, key=lambda foot: slopes[foot], reverse=True)
+    difference = slopes[steep] - slopes[flat]
+    if difference < MAX_SLOPE_DIFFERENCE:
+        return frames
+    return frames | {steep: multiply(frames[steep], about_axis(np.array([0.0, 1.0, 0.0]), np.array(difference)))}
 
 
 def _stance(side: str, world: World, tip: np.ndarray, fps: float) -> np.ndarray:

@@ -113,16 +113,17 @@ def _pitch(t: np.ndarray, steps: list[Step]) -> np.ndarray:
 def _swing(t: np.ndarray, step: Step, start: Plant, pitch: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return ankle (T, 3), yaw (T,) and toe bend (T,) of one swing, leaving and meeting the ground at rest."""
     s = (t - step.lift) / (step.land - step.lift)
-    over = reach_profile((s - 0.02) / 0.98, 0.3, 0.25)
+    over = reach_profile(s, 0.3, 0.22)
     yaw = start.yaw + over * (step.plant.yaw - start.yaw)
-    leave = _placed(start, start.yaw, _over_toe(pitch))
-    meet = _placed(step.plant, step.plant.yaw, _over_toe(pitch) if step.roll_on > 0 else _over_heel(pitch))
-    ankle = leave + over[:, None] * (meet - leave)
+    on_toe, on_heel = _over_toe(pitch), _over_heel(pitch) if step.roll_on <= 0 else _over_toe(pitch)
+    leave = _placed(start, start.yaw, on_toe)
+    ankle = leave + over[:, None] * (_placed(step.plant, step.plant.yaw, on_heel) - leave)
+    ankle[:, 2] += (smoother_step((s - step.kick - 0.25) / 0.45) - over) * (on_heel - on_toe)[:, 2]  # change over while the sole is level
     rise = step.plant.z - start.z
     climb = smoother_step(s / 0.6) if rise > 0 else smoother_step((s - 0.4) / 0.6) if rise < 0 else over
     ankle[:, 2] += (climb - over) * rise
     ankle[:, 2] += step.clearance * smoother_step(s / 0.35) * smoother_step((1.0 - s) / 0.65)
-    flat = 1.0 - smoother_step((s - 0.02) / 0.4) + (step.roll_on > 0) * smoother_step((s - 0.6) / 0.4)
+    flat = 1.0 - smoother_step((s - 0.05) / 0.5) + (step.roll_on > 0) * smoother_step((s - 0.6) / 0.4)
     return ankle, yaw, -flat * np.maximum(pitch, 0.0)
 
 
@@ -151,15 +152,9 @@ def _rolling_pressure(t: np.ndarray, landed: float, lifted: float, steps: list[S
     """Return (T, 3): the pressure point in the frame of a plant, from heel to ball while the foot rolls."""
     on = next((step.roll_on for step in steps if step.land == landed), 0.0)
     off = next((step.roll_off for step in steps if step.lift == lifted), 0.0)
-    travel = min(lifted - landed, 1.0)
-    times, values = [], []
-    if landed > -np.inf:
-        times += [landed, landed + 0.5 * travel]
-        values += [MIDFOOT + 0.25 * on, MIDFOOT + 0.03 * (lifted < np.inf)]
-    if lifted < np.inf:
-        times += [lifted - 0.499 * travel, lifted]
-        values += [MIDFOOT + 0.03 * (landed > -np.inf), MIDFOOT + min(0.12 * off, 0.13)]
-    x = np.interp(t, times, values) if times else np.full_like(t, MIDFOOT)
+    start, stop = max(landed, t[0]), min(lifted, t[-1])
+    begin, end = MIDFOOT + 0.2 * on, MIDFOOT + min(0.13 * off, 0.14)
+    x = np.interp(t, [start, max(stop - 1.5, 0.5 * (start + stop)), stop], [begin, 0.5 * (begin + end), end])
     return np.stack([x, 0.0 * x, 0.0 * x], axis=-1)
 
 

@@ -11,8 +11,10 @@ from datasets.performer import Style
 
 # Against speed [m/s]: steps per second (Grieve and Gear 1966 for walking, Cavagna 1988 for running), and the share of a
 # step in which both feet are on the ground, negative where none is (Murray 1967, Nilsson 1985).
-RATE = ((0.0, 0.4, 0.7, 1.0, 1.4, 1.8, 2.2, 3.0, 4.0), (1.35, 1.35, 1.46, 1.69, 1.95, 2.17, 2.6, 2.75, 2.95))
-OVERLAP = ((0.0, 0.7, 1.3, 1.8, 2.0, 2.6, 3.5), (0.36, 0.32, 0.24, 0.17, -0.05, -0.25, -0.35))
+WALK_RATE = ((0.4, 0.7, 1.0, 1.4, 1.8), (1.55, 1.60, 1.75, 2.00, 2.22))
+WALK_OVERLAP = ((0.0, 0.7, 1.3, 1.8), (0.36, 0.32, 0.24, 0.17))
+RUN_RATE = ((0.3, 1.0, 1.6, 2.2, 3.0, 4.0), (1.60, 2.10, 2.45, 2.65, 2.80, 3.00))
+RUN_OVERLAP = ((0.0, 0.6, 1.0, 1.6, 2.6, 3.5), (0.36, 0.20, 0.05, -0.12, -0.26, -0.35))
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,7 @@ class Path:
         speed: [m/s], shape (T,).
         begin: When it leaves [s].
         end: When it has arrived [s].
+        run: Whether it runs when it is fast enough.
     """
 
     t: np.ndarray
@@ -34,19 +37,19 @@ class Path:
     speed: np.ndarray
     begin: float
     end: float
+    run: bool
+
+    def running(self, times: np.ndarray) -> np.ndarray:
+        """Return how much of a run the gait is at ``times``, 0 to 1."""
+        return self.run * smoother_step((np.interp(times, self.t, self.speed) - 0.8) / 0.9)
 
 
-def path_along(t: np.ndarray, speed: np.ndarray, turning: np.ndarray, begin: float, end: float) -> Path:
+def path_along(t: np.ndarray, speed: np.ndarray, turning: np.ndarray, begin: float, end: float, run: bool = False) -> Path:
     """Return the path from the origin along x of a body with the given speed [m/s] and rate of turning [rad/s], both (T,)."""
     step = np.diff(t, prepend=t[0])
     heading = np.cumsum(turning * step)
     velocity = speed[:, None] * np.stack([np.cos(heading), np.sin(heading)], axis=1)
-    return Path(t, np.cumsum(velocity * step[:, None], axis=0), heading, speed, begin, end)
-
-
-def running(speed: np.ndarray | float) -> np.ndarray:
-    """Return how much of a run the gait at ``speed`` [m/s] is, 0 to 1."""
-    return smoother_step((np.asarray(speed) - 1.85) / 0.5)
+    return Path(t, np.cumsum(velocity * step[:, None], axis=0), heading, speed, begin, end, run)
 
 
 def plan_steps(path: Path, style: Style, first_side: int) -> tuple[tuple[Plant, Plant], list[Step]]:
@@ -62,7 +65,7 @@ def plan_steps(path: Path, style: Style, first_side: int) -> tuple[tuple[Plant, 
     """
     landings = _landing_times(path, style)
     count = len(landings) - 1
-    overlap = np.interp(_at(path, path.speed, landings[:-1]), *OVERLAP)
+    overlap = np.interp(_at(path, path.speed, landings[:-1]), *(RUN_OVERLAP if path.run else WALK_OVERLAP))
     lifts = np.append(landings[:-1] + overlap * np.diff(landings), [landings[-1]] * 2)  # of step 1, 2, ..
     middles = np.append(0.5 * (landings[1:-2] + lifts[2:count]), [path.end, path.end])  # of the stance after step 1, 2, ..
     turns = np.gradient(_at(path, path.heading, landings))[1:]
@@ -74,8 +77,7 @@ def plan_steps(path: Path, style: Style, first_side: int) -> tuple[tuple[Plant, 
         side = (first_side + k) % 2
         plant = _plant(path, middles[k], side, widths[k], style.toe_out + 0.5 * abs(turns[k]))
         stride = float(np.hypot(plant.x - last[side].x, plant.y - last[side].y))
-        run = float(running(stride / (landings[min(k + 1, count)] - landings[max(k - 1, 0)])))
-        steps.append(_step(side, lifts[k], landings[k + 1], plant, stride, run))
+        steps.append(_step(side, lifts[k], landings[k + 1], plant, stride, float(path.running(lifts[k]))))
         last[side] = plant
     return start, steps
 
@@ -88,7 +90,7 @@ def _landing_times(path: Path, style: Style) -> np.ndarray:
     """Return the start and the landings (steps + 1,) [s]."""
     moving = (path.t >= path.begin) & (path.t <= path.end)
     times = path.t[moving]
-    rate = np.interp(path.speed[moving], *RATE) * style.cadence
+    rate = np.interp(path.speed[moving], *(RUN_RATE if path.run else WALK_RATE)) * style.cadence
     phase = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(times))])
     count = max(3, round(phase[-1]))
     return np.interp(np.arange(count + 1) * phase[-1] / count, phase, times)
@@ -101,13 +103,14 @@ def _plant(path: Path, time: float, side: int, width: float, toe_out: float) -> 
     c, s = np.cos(heading), np.sin(heading)
     x, y = (float(np.interp(time, path.t, path.position[:, axis])) for axis in (0, 1))
     aside = outward * 0.5 * width
-    behind = MIDFOOT + 0.035 * float(smoother_step(_at(path, path.speed, np.array(time)) / 1.2))
+    walking = smoother_step(_at(path, path.speed, np.array(time)) / 1.2)
+    behind = MIDFOOT + 0.03 * float(walking + path.running(np.array(time)))  # where the pressure is on average
     return Plant(x - c * behind - s * aside, y - s * behind + c * aside, heading + outward * toe_out)
 
 
 def _step(side: int, lift: float, land: float, plant: Plant, stride: float, run: float) -> Step:
     """Return a step with the roll and swing that people have at that stride [m]."""
-    walk_off, walk_on = np.interp(stride, (0.0, 0.3, 1.4), (16.0, 26.0, 64.0)), np.interp(stride, (0.2, 0.5, 1.3), (0.0, -6.0, -20.0))
+    walk_off, walk_on = np.interp(stride, (0.0, 0.3, 1.4), (16.0, 26.0, 64.0)), np.interp(stride, (0.2, 0.5, 1.3), (0.0, -6.0, -22.0))
     return Step(
         side=side,
         lift=float(lift),
@@ -115,7 +118,7 @@ def _step(side: int, lift: float, land: float, plant: Plant, stride: float, run:
         plant=plant,
         roll_off=float(np.deg2rad(walk_off + run * (80.0 - walk_off))),
         roll_on=float(np.deg2rad(walk_on + run * (-5.0 - walk_on))),
-        clearance=0.085 + 0.10 * run,
+        clearance=0.055 + 0.10 * run,
         kick=0.2 + 0.1 * run,
     )
 

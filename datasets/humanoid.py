@@ -51,7 +51,7 @@ def _ball(x: float, y: float, z: float, radius: float) -> Shape:
     return Shape(((x, y, z),), radius)
 
 
-def _capsule(a: tuple[float, float, float], b: tuple[float, float, float], radius: float) -> Shape:
+def _rod(a: tuple[float, float, float], b: tuple[float, float, float], radius: float) -> Shape:
     return Shape((a, b), radius)
 
 
@@ -62,27 +62,27 @@ def _box(low: tuple[float, float, float], high: tuple[float, float, float]) -> S
 def _arm(side: str, s: float) -> list[Body]:
     """Return the four bodies of one arm; ``s`` is +1 on the left, -1 on the right."""
     return [
-        Body(f"collar_{side}", "chest", (0.0, s * 0.03, 0.20), 0.020, "zxy", _capsule((0, s * 0.02, 0), (0, s * 0.11, 0), 0.05)),
-        Body(f"upper_arm_{side}", f"collar_{side}", (0.0, s * 0.15, 0.0), 0.024, "xzy", _capsule((0, s * 0.03, 0), (0, s * 0.26, 0), 0.045)),
-        Body(f"forearm_{side}", f"upper_arm_{side}", (0.0, s * 0.28, 0.0), 0.017, "z", _capsule((0, s * 0.02, 0), (0, s * 0.23, 0), 0.038)),
-        Body(f"hand_{side}", f"forearm_{side}", (0.0, s * 0.25, 0.0), 0.006, "", _capsule((0, s * 0.03, 0), (0, s * 0.13, 0), 0.035)),
+        Body(f"collar_{side}", "chest", (0.0, s * 0.03, 0.20), 0.020, "zxy", _rod((0, s * 0.02, 0), (0, s * 0.11, 0), 0.05)),
+        Body(f"upper_arm_{side}", f"collar_{side}", (0.0, s * 0.15, 0.0), 0.024, "yzx", _rod((0, s * 0.03, 0), (0, s * 0.26, 0), 0.045)),
+        Body(f"forearm_{side}", f"upper_arm_{side}", (0.0, s * 0.28, 0.0), 0.017, "z", _rod((0, s * 0.02, 0), (0, s * 0.23, 0), 0.038)),
+        Body(f"hand_{side}", f"forearm_{side}", (0.0, s * 0.25, 0.0), 0.006, "", _rod((0, s * 0.03, 0), (0, s * 0.13, 0), 0.035)),
     ]  # fmt: skip
 
 
 def _leg(side: str, s: float) -> list[Body]:
     """Return the four bodies of one leg; ``s`` is +1 on the left, -1 on the right."""
     return [
-        Body(f"thigh_{side}", "pelvis", (0.0, s * 0.09, -0.03), 0.123, "yxz", _capsule((0, 0, -0.03), (0, 0, -0.35), 0.07)),
-        Body(f"shin_{side}", f"thigh_{side}", (0.0, 0.0, -0.42), 0.048, "y", _capsule((0, 0, -0.04), (0, 0, -0.36), 0.05)),
-        Body(f"foot_{side}", f"shin_{side}", (0.0, 0.0, -0.41), 0.010, "yxz", _box((-0.06, -0.045, -ANKLE_HEIGHT), (0.13, 0.045, -0.02))),
+        Body(f"thigh_{side}", "pelvis", (0.0, s * 0.09, -0.03), 0.123, "zxy", _rod((0, 0, -0.03), (0, 0, -0.35), 0.07)),
+        Body(f"shin_{side}", f"thigh_{side}", (0.0, 0.0, -0.42), 0.048, "y", _rod((0, 0, -0.04), (0, 0, -0.36), 0.05)),
+        Body(f"foot_{side}", f"shin_{side}", (0.0, 0.0, -0.41), 0.010, "zxy", _box((-0.06, -0.045, -ANKLE_HEIGHT), (0.13, 0.045, -0.02))),
         Body(f"toe_{side}", f"foot_{side}", (0.13, 0.0, 0.02 - ANKLE_HEIGHT), 0.002, "yxz", _box((0.0, -0.045, -0.02), (0.07, 0.045, 0.02))),
     ]  # fmt: skip
 
 
 BODIES: tuple[Body, ...] = (
-    Body("pelvis", None, (0.0, 0.0, 0.0), 0.142, "", _capsule((0, -0.07, 0.02), (0, 0.07, 0.02), 0.09)),
-    Body("spine", "pelvis", (0.0, 0.0, 0.10), 0.110, "zxy", _capsule((0, -0.05, 0.07), (0, 0.05, 0.07), 0.09)),
-    Body("chest", "spine", (0.0, 0.0, 0.17), 0.183, "zxy", _capsule((0, -0.06, 0.11), (0, 0.06, 0.11), 0.11)),
+    Body("pelvis", None, (0.0, 0.0, 0.0), 0.142, "", _rod((0, -0.07, 0.02), (0, 0.07, 0.02), 0.09)),
+    Body("spine", "pelvis", (0.0, 0.0, 0.10), 0.110, "zxy", _rod((0, -0.05, 0.07), (0, 0.05, 0.07), 0.09)),
+    Body("chest", "spine", (0.0, 0.0, 0.17), 0.183, "zxy", _rod((0, -0.06, 0.11), (0, 0.06, 0.11), 0.11)),
     Body("head", "chest", (0.0, 0.0, 0.27), 0.067, "zxy", _ball(0.02, 0.0, 0.13, 0.10)),
     *_arm("l", 1.0),
     *_arm("r", -1.0),

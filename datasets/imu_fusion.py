@@ -14,7 +14,6 @@ from datasets.humanoid import ANKLE_HEIGHT, BODIES, BODY_COUNT, FEET, NAMES, SKE
 from datasets.imu_suit import CALIBRATION, GRAVITY, SENSOR_BODIES, SENSOR_RATE, START, Recording, SuitNoise, record
 from datasets.kinematics import body_poses, continuous, lowest_points
 from datasets.motion import BodyMotion
-from datasets.retarget import GROUND_PERCENTILE
 from datasets.rotation import about_axis, conjugate, from_rotation_vector, multiply, normalise, rotate, to_rotation_vector
 from datasets.skeleton import forward_kinematics
 
@@ -23,10 +22,12 @@ _UP = np.array([0.0, 0.0, 1.0])
 _SOLE_FOOT = np.array([[-0.06, 0.0, -ANKLE_HEIGHT], [0.13, 0.0, -ANKLE_HEIGHT]])  # heel and ball in the foot's frame [m]
 _SOLE_TOE = np.array([[0.07, 0.0, -0.02]])  # tip in the toe's frame [m]
 _STANCE_HEIGHT = 0.03  # m above the lowest sole point, within which another one may stand too
-_STANCE_SPEED = 0.7  # m/s, of a sole point, above which it does not stand
-_STANCE_FLOOR = 0.02  # confidence in a moving lowest point: without it the root would leave for ever on its accelerations
+_STANCE_SPEED = 1.0  # m/s, of a sole point, above which it does not stand
+_STANCE_FLOOR = 0.03  # confidence in a moving lowest point: without it the root would leave for ever on its accelerations
+_FREE_FALL = 3.0  # m/s^2: a body that weighs less does not stand; one that weighs twice as much may
 _HOLD_SECONDS = 0.03  # within which the root takes over the velocity that keeps the standing foot where it was
 _GROUND_SECONDS = 0.15  # within which the standing foot is pulled to the ground
+_GROUND_PERCENTILE = 30.0  # of the lowest point: about where retargeting finds the ground of a real clip
 
 
 @dataclass(frozen=True)
@@ -152,6 +153,8 @@ def track_root(local: np.ndarray, pelvis_acceleration: np.ndarray, leg_scale: fl
     step = 1.0 / SENSOR_RATE
     towards = -np.gradient(soles, step, axis=0) if len(soles) > 1 else np.zeros_like(soles)  # velocity that holds a point still
     lowest = soles[:, :, 2].min(axis=1)
+    weight = np.linalg.norm(pelvis_acceleration - GRAVITY, axis=1)  # m/s^2, what the pelvis' accelerometer feels
+    loaded = np.clip((weight - _FREE_FALL) / _FREE_FALL, 0.0, 1.0)
     low = np.exp(-(((soles[:, :, 2] - lowest[:, None]) / _STANCE_HEIGHT) ** 2))
     velocity = np.einsum("p,pc->c", low[0], towards[0]) / low[0].sum()
     path = np.zeros((len(local), 3))
@@ -160,7 +163,7 @@ def track_root(local: np.ndarray, pelvis_acceleration: np.ndarray, leg_scale: fl
         velocity = velocity + step * pelvis_acceleration[n]
         slip = np.sum((towards[n] - velocity) ** 2, axis=1)
         stands = low[n] * (_STANCE_FLOOR + np.exp(-slip / _STANCE_SPEED**2))
-        surely = min(1.0, stands.sum())
+        surely = loaded[n] * min(1.0, stands.sum())
         held = stands @ towards[n] / stands.sum()
         velocity = velocity + (1.0 - np.exp(-surely * step / _HOLD_SECONDS)) * (held - velocity)
         path[n] = path[n - 1] + step * velocity
@@ -184,7 +187,7 @@ def _sole_points(local: np.ndarray, leg_scale: float) -> np.ndarray:
 
 def _on_ground(motion: BodyMotion) -> BodyMotion:
     """Return the clip at the height at which every suit's clip enters the project: retargeting finds its ground like this."""
-    lift = -np.percentile(lowest_points(*body_poses(motion)).min(axis=-1), GROUND_PERCENTILE)
+    lift = -np.percentile(lowest_points(*body_poses(motion)).min(axis=-1), _GROUND_PERCENTILE)
     return replace(motion, root_position=motion.root_position + np.array([0.0, 0.0, lift]))
 
 

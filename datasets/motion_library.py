@@ -89,9 +89,7 @@ class MotionLibrary:
             raise ValueError("the clips of a motion library differ in their frame rate")
         packed = [_pack(motion, (truths or {}).get(motion.name, motion)) for motion in motions]
         starts = np.cumsum([0, *(len(motion) for motion in motions)])
-        clips = tuple(
-            ClipInfo(m.name, m.performer, m.system, m.kind, int(s), len(m)) for m, s in zip(motions, starts, strict=False)
-        )
+        clips = tuple(ClipInfo(m.name, m.performer, m.system, m.kind, int(s), len(m)) for m, s in zip(motions, starts, strict=False))
         arrays = {key: np.concat([one[key] for one in packed]) for key in packed[0]}
         return cls.from_arrays(clips, arrays, motions[0].fps)
 

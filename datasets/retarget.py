@@ -6,19 +6,24 @@ is, and the twist of thigh or upper arm is such that the next bone lies in the h
 length and put on the ground, the first frame above the origin and facing x.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from datasets.calibration import HINGED, TORSO, Calibration, World, calibrate, from_axes, scale_of, unit_vector
 from datasets.capture import Capture
-from datasets.humanoid import BODIES, NAMES, SKELETON
+from datasets.humanoid import BODIES, FEET, NAMES, SKELETON
 from datasets.kinematics import body_poses, lowest_points
 from datasets.motion import BodyMotion
 from datasets.rotation import about_axis, conjugate, cross, heading, multiply, rotate
 from datasets.skeleton import forward_kinematics
 
-GROUND_PERCENTILE = 10.0  # of the lowest point over the frames; in a whole clip some frames sink in and some jump
+# The ground is where feet stand: measured on 48 CMU clips, this quarter of standing soles left them floating 4 mm and
+# sinking 4 mm on average, where the lowest tenth of all frames left them floating 18 mm and sinking 1 mm.
+STANDING_PERCENTILE = 25.0
+SAME_LEVEL = 0.08  # m; soles that stand higher than that stand on something
+LOWEST_PERCENTILE = 30.0  # of the lowest point in all frames, where no foot ever stands
+TOE_BEND = np.radians(60.0)  # as far as a toe gives way to the ground
 # Bend [rad] below which the calibrated hinge axis is used, and beyond which the plane of the limb itself; in between
 # they blend. The second pair is for a limb that seems to bend the wrong way: then noise is likelier than a new plane.
 BLEND_ALONG = (np.radians(10.0), np.radians(45.0))
@@ -78,8 +83,8 @@ def retarget(capture: Capture) -> Retargeted:
     root = rotate(turn, root - np.append(origin, 0.0))
     local[:, 0] = multiply(turn, local[:, 0])
     motion = BodyMotion(root, _continuous(local), capture.motion.fps, capture.motion.name)
-    lift = -float(np.percentile(lowest_points(*body_poses(motion)).min(axis=-1), GROUND_PERCENTILE))
-    motion = BodyMotion(root + (0.0, 0.0, lift), motion.local_rotations, motion.fps, motion.name)
+    lift = -_ground(motion, calibration.stands)
+    motion = _bend_toes(replace(motion, root_position=root + (0.0, 0.0, lift)))
     return Retargeted(motion, capture, calibration, scale, origin, yaw, lift)
 
 
@@ -95,6 +100,29 @@ def _foot_tip(capture: Capture, foot: str) -> np.ndarray:
     if capture.tips[joint].any() or not ahead:
         ahead.append(capture.tips[joint])
     return np.mean(ahead, axis=0)
+
+
+def _ground(motion: BodyMotion, stands: np.ndarray) -> float:
+    """Return the height [m] of the ground under a clip whose left and right foot stand in the frames ``stands`` (T, 2)."""
+    lowest = lowest_points(*body_poses(motion))
+    soles = lowest[:, [foot for foot, _ in FEET]][stands]
+    if not len(soles):
+        return float(np.percentile(lowest.min(axis=-1), LOWEST_PERCENTILE))
+    return float(np.percentile(soles[soles < np.percentile(soles, 10) + SAME_LEVEL], STANDING_PERCENTILE))
+
+
+def _bend_toes(motion: BodyMotion) -> BodyMotion:
+    """Return the clip with toes bent up where they would stab into the ground, as flesh does."""
+    positions, rotations = body_poses(motion)
+    local = motion.local_rotations.copy()
+    for _, toe in FEET:
+        ahead = rotate(rotations[:, toe], np.broadcast_to((1.0, 0.0, 0.0), positions[:, toe].shape))
+        corners = np.array(BODIES[toe].shape.points)
+        clear = positions[:, toe, 2] + corners[:, 2].min()
+        steepest = np.arcsin(np.clip(clear / corners[:, 0].max(), 0.0, 1.0))
+        bend = np.clip(-np.arcsin(np.clip(ahead[:, 2], -1.0, 1.0)) - steepest, 0.0, TOE_BEND)
+        local[:, toe] = multiply(local[:, toe], about_axis(np.broadcast_to((0.0, -1.0, 0.0), ahead.shape), bend))
+    return replace(motion, local_rotations=local)
 
 
 def _continuous(rotations: np.ndarray) -> np.ndarray:

@@ -38,9 +38,7 @@ class Skeleton:
         return [j for j, p in enumerate(self.parents) if p == joint]
 
 
-def forward_kinematics(
-    parents: tuple[int, ...], local_positions: np.ndarray, local_rotations: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def forward_kinematics(parents: tuple[int, ...], local_positions: np.ndarray, local_rotations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the global positions and rotations of every joint.
 
     Args:

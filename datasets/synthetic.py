@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from datasets.balance import GRAVITY as GRAVITY
-from datasets.curves import keyframes, smooth_noise, smoother_step
+from datasets.curves import keyframes, reach_profile, smooth_noise, smoother_step
 from datasets.footsteps import Plant, Step, feet_track, MIDFOOT
 from datasets.gait import Path, bounce, path_along, plan_steps
 from datasets.motion import BodyMotion
@@ -24,7 +24,7 @@ def _clip(feet: FeetTrack, carriage: Carriage, name: str, kind: str, style: Styl
 
 
 def _ramped(t: np.ndarray, begin: float, end: float, ramp: float) -> np.ndarray:
-    return smoother_step((t - begin) / ramp) * smoother_step((end - t) / ramp)
+    return reach_profile((t - begin) / ramp, 0.35, 0.35) * reach_profile((end - t) / ramp, 0.35, 0.35)
 
 
 def _along(path: Path, style: Style, rng: np.random.Generator, first_side: int) -> tuple[FeetTrack, Carriage]:
@@ -38,7 +38,7 @@ def _along(path: Path, style: Style, rng: np.random.Generator, first_side: int) 
 def walk(speed: float, duration: float, style: Style, rng: np.random.Generator) -> BodyMotion:
     t = seconds(duration)
     begin, end = QUIET, t[-1] - QUIET
-    path = path_along(t, speed * _ramped(t, begin, end, 0.6 + 0.5 * speed), 0.0 * t, begin, end)
+    path = path_along(t, speed * _ramped(t, begin, end, min(0.6 + 1.0 * speed, 0.45 * (end - begin))), 0.0 * t, begin, end)
     feet, carriage = _along(path, style, rng, int(rng.integers(2)))
     return _clip(feet, carriage, f"walk_{speed:.2f}", "run" if speed > 1.9 else "walk", style)
 
@@ -67,5 +67,5 @@ def synthetic_clips(seed: int, performer_count: int = 4, seconds: float = 8.0) -
         rng = np.random.default_rng(child)
         style = draw_style(f"synthetic_{seed}_{number}", rng)
         clips += [stand(seconds, style, rng), walk(0.8, seconds, style, rng), walk(1.4, seconds, style, rng), curve(1.1, 0.7, seconds, style, rng),
-            curve(0.0, -0.9, seconds, style, rng), walk(3.0, seconds, style, rng)]
+            curve(0.0, -0.9, seconds, style, rng), walk(2.7, seconds, style, rng)]
     return clips

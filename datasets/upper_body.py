@@ -31,26 +31,36 @@ def _hanging(style: Style) -> np.ndarray:
     return np.array([style.abduction, np.deg2rad(4.0), np.deg2rad(15.0), style.elbow])
 
 
-def _set_arm(angles: np.ndarray, side: int, arm: np.ndarray) -> None:
-    """Write the arm's elevation, swing, turn and elbow (T, 4) into the hinges of one side."""
-    sign, name = (1.0, "l") if side == 0 else (-1.0, "r")
-    elevation, swing, turn, elbow = arm.T
-    raised = smoother_step((elevation - np.deg2rad(60.0)) / np.deg2rad(90.0)) * np.deg2rad(20.0)
-    joint(angles, f"collar_{name}")[:, 1] = sign * raised
-    joint(angles, f"upper_arm_{name}")[:] = np.stack([sign * (elevation - raised - 0.5 * np.pi), -sign * swing, turn], axis=1)
-    joint(angles, f"forearm_{name}")[:, 0] = -sign * elbow
+def _upper(arms: tuple[np.ndarray, np.ndarray], trunk: np.ndarray, slump: float) -> np.ndarray:
+    """Return the local rotations of the 20 bodies, wxyz (T, 20, 4), those of trunk and arms set.
+
+    Args:
+        arms: Left and right: elevation, swing, turn and elbow [rad], shape (T, 4) each.
+        trunk: Yaw, pitch and roll of the chest over the pelvis [rad], shared by spine and chest, shape (T, 3).
+        slump: How much the chest is rounded forward while the spine leans back [rad].
+    """
+    local = np.zeros((len(trunk), BODY_COUNT, 4))
+    local[..., 0] = 1.0
+    for name, rounded in (("spine", -0.5 * slump), ("chest", slump)):
+        local[:, NAMES.index(name)] = _rotations("ZYX", 0.5 * trunk + np.array([0.0, rounded, 0.0]))
+    for name, sign, arm in (("l", 1.0, arms[0]), ("r", -1.0, arms[1])):
+        elevation, swing, turn, elbow = arm.T
+        shrug = smoother_step((elevation - np.deg2rad(60.0)) / np.deg2rad(90.0)) * np.deg2rad(20.0)  # the collar follows a high arm
+        shoulder = np.stack([sign * (elevation - shrug - 0.5 * np.pi), -sign * swing, turn], axis=1)
+        local[:, NAMES.index(f"collar_{name}")] = _rotations("X", sign * shrug[:, None])
+        local[:, NAMES.index(f"upper_arm_{name}")] = _rotations("XZY", shoulder)
+        local[:, NAMES.index(f"forearm_{name}")] = _rotations("Z", -sign * elbow[:, None])
+    return local
 
 
-def _set_trunk(angles: np.ndarray, yaw: np.ndarray, roll: np.ndarray, pitch: np.ndarray, slump: float) -> None:
-    """Write a bend of the trunk (T,), shared by spine and chest, into their hinges; ``slump`` rounds it without a lean."""
-    for name, round_forward in (("spine", -0.5 * slump), ("chest", slump)):
-        joint(angles, name)[:] = 0.5 * np.stack([yaw, roll, pitch], axis=1)
-        joint(angles, name)[:, 2] += round_forward
+def _rotations(axes: str, angles: np.ndarray) -> np.ndarray:
+    """Return rotations wxyz (T, 4) by ``angles`` (T, axes) about the axes of the body, one after the other."""
+    return Rotation.from_euler(axes, angles).as_quat(scalar_first=True)
 
 
-def _carriage(style: Style, pelvis: np.ndarray, angles: np.ndarray, head: np.ndarray) -> Carriage:
+def _carriage(style: Style, pelvis: np.ndarray, upper: np.ndarray, head: np.ndarray) -> Carriage:
     none = np.zeros(len(pelvis))
-    return Carriage(pelvis, angles, head, none + np.inf, LEG_LENGTH * min(1.0 - style.crouch, REACH), none, none)
+    return Carriage(pelvis, upper, head, none + np.inf, LEG_LENGTH * min(1.0 - style.crouch, REACH), none, none)
 
 
 def walking_carriage(path: Path, feet: FeetTrack, style: Style, rng: np.random.Generator) -> Carriage:
@@ -71,7 +81,7 @@ def walking_carriage(path: Path, feet: FeetTrack, style: Style, rng: np.random.G
     pitch = np.deg2rad(3.0) * moving + np.deg2rad(4.0) * run
     angles = no_angles(len(t))
     lean = style.lean + np.deg2rad(5.0) * run + np.deg2rad(1.0) * noise[:, 0]
-    _set_trunk(angles, 2.0 * yaw, -0.9 * roll, lean - 0.7 * pitch, style.slump)
+    _set_trunk(angles, 2.0 * yaw, -0.9 * roll, lean - pitch, style.slump)
     for side, sign in ((0, 1.0), (1, -1.0)):
         swing = -sign * late * style.arm_swing * (1.0 + 0.15 * run)
         elbow = style.elbow + run * (np.deg2rad(85.0) - style.elbow) + 0.5 * swing

@@ -8,14 +8,14 @@ from scipy.spatial.transform import Rotation
 from datasets.balance import GRAVITY, balanced_path, reachable_height, tipping_cure
 from datasets.curves import smooth_below, smoothed
 from datasets.footsteps import FeetTrack
-from datasets.humanoid import HEAD, HINGE_COUNT, NAMES, SKELETON, hinge_slice, local_rotations
+from datasets.humanoid import HEAD, NAMES, SKELETON
 from datasets.kinematics import centre_of_mass
 from datasets.limb_ik import leg_ik
 from datasets.rotation import about_axis, conjugate, multiply, rotate
 from datasets.skeleton import forward_kinematics
 
 FPS = 60.0
-REACH = 0.995  # of the leg's length, so that a knee is never locked
+REACH = 0.992  # of the leg's length, so that a knee is never locked
 ROUNDS = 4  # of moving the pelvis until the centre of mass is where it should be; the third already moves it by < 1 mm
 _Y = np.array([0.0, 1.0, 0.0])
 
@@ -26,7 +26,7 @@ class Carriage:
 
     Attributes:
         pelvis: Yaw, pitch and roll in the world [rad], shape (T, 3).
-        angles: Of the 43 hinges [rad], shape (T, 43); legs and head are not read.
+        upper: Local rotations of the 20 bodies, wxyz, shape (T, 20, 4); those of pelvis, head and legs are not read.
         head: Yaw, pitch and roll in the world [rad], shape (T, 3).
         height: Highest allowed for the pelvis [m], shape (T,).
         leg: Longest hip-ankle distance [m].
@@ -35,22 +35,12 @@ class Carriage:
     """
 
     pelvis: np.ndarray
-    angles: np.ndarray
+    upper: np.ndarray
     head: np.ndarray
     height: np.ndarray
     leg: float
     bounce: np.ndarray
     flying: np.ndarray
-
-
-def joint(angles: np.ndarray, name: str) -> np.ndarray:
-    """Return the view of ``angles`` (T, 43) that holds the hinges of the body ``name``."""
-    return angles[:, hinge_slice(NAMES.index(name))]
-
-
-def no_angles(frames: int) -> np.ndarray:
-    """Return hinge angles of zero, shape (frames, 43)."""
-    return np.zeros((frames, HINGE_COUNT))
 
 
 def from_yaw_pitch_roll(angles: np.ndarray) -> np.ndarray:
@@ -65,7 +55,8 @@ def perform(feet: FeetTrack, carriage: Carriage) -> tuple[np.ndarray, np.ndarray
     the forces that really carry the 20 moving bodies come out of that pressure (Kajita et al. 2003, section V).
     """
     root_rotation = from_yaw_pitch_roll(carriage.pelvis)
-    local = local_rotations(root_rotation, carriage.angles)
+    local = carriage.upper.copy()
+    local[:, 0] = root_rotation
     pressure = feet.pressure
     root, wave = np.zeros_like(pressure), np.zeros(len(pressure))
     root[:, :2] = balanced_path(pressure[:, :2], np.full(len(pressure), GRAVITY / 0.9), FPS)
@@ -100,11 +91,10 @@ def _height(root: np.ndarray, root_rotation: np.ndarray, feet: FeetTrack, carria
     reach = np.min(
         [reachable_height(_hip_offset(root_rotation, s), root[:, :2], feet.ankle[:, s], carriage.leg) for s in (0, 1)], axis=0
     )
-    walking = smooth_below(np.minimum(reach, carriage.height), 6.0)
-    landing = (carriage.flying > 0.5) & feet.planted.any(axis=1)
-    if not landing.any():
+    walking = smooth_below(np.minimum(reach, carriage.height), 4.5)
+    if not carriage.flying.any():
         return walking
-    flying = carriage.bounce + np.min((reach - carriage.bounce)[landing])
+    flying = carriage.bounce + smooth_below(reach - carriage.bounce, 10.0)
     blend = smoothed(carriage.flying, 6.0)
     return walking + blend * (flying - walking)
 

@@ -10,7 +10,16 @@ from gymnasium.vector import AutoresetMode
 
 from datasets.motion_library import MotionLibrary
 from datasets.sources import load_clips
-from envs.mimic_spec import FPS, FRAMES_PER_STEP, MimicSpec, action_table, observation_table
+from envs.mimic_spec import (
+    DISCOUNT_OFFSET,
+    DISCOUNT_SLOPE,
+    DISCOUNT_THRESHOLD,
+    FPS,
+    FRAMES_PER_STEP,
+    MimicSpec,
+    action_table,
+    observation_table,
+)
 from envs.vector_env import AdaptMimicVectorEnv
 
 FLAT_GROUND_LEAVES_OUT = ("stairs",)  # kinds of motion that need another ground than the simulated one
@@ -22,9 +31,7 @@ def motion_library(motions: str) -> MotionLibrary:
     return MotionLibrary.of([clip for clip in load_clips(motions) if clip.kind not in FLAT_GROUND_LEAVES_OUT])
 
 
-def make_vector_env(
-    num_envs: int = 1, motions: str | MotionLibrary = "synthetic", threads: int = 1, **spec: Any
-) -> AdaptMimicVectorEnv:
+def make_vector_env(num_envs: int = 1, motions: str | MotionLibrary = "synthetic", threads: int = 1, **spec: Any) -> AdaptMimicVectorEnv:
     """Return the native vector env; what ``gymnasium.make_vec("envs:AdaptMimic-v0")`` calls.
 
     Args:
@@ -37,13 +44,14 @@ def make_vector_env(
     return AdaptMimicVectorEnv(library, num_envs, MimicSpec(**spec), threads)
 
 
-class AdaptMimicEnv(gym.Env):
+class AdaptMimicEnv(gym.Env):  # noqa: D101 (its docstring is made from the spec)
     __doc__ = f"""A humanoid of 20 bodies mimics a reference clip under physics (thesis, chapter 4).
 
     The clip's joint angles drive PD motors; actions correct those of the key joints, smoothed (eq. 4.5). The reward is
     that of eq. 4.6 to 4.10, at most 3 a step. An episode begins at a random frame of a random clip and lasts 300 frames
-    of it, 150 steps of 1/30 s, or to the clip's end (truncated); it ends sooner (terminated) when the head is lost (more
-    than {0.91:.2f} m from the reference's), when three spinal bodies touch the ground, or when physics fails.
+    of it, 150 steps of 1/30 s, or to the clip's end (truncated); it ends sooner (terminated) when the head is more than
+    {(DISCOUNT_OFFSET - DISCOUNT_THRESHOLD) / DISCOUNT_SLOPE:.2f} m from the reference's, when three spinal bodies touch
+    the ground, or when physics fails.
 
     Arguments of ``gymnasium.make``: ``motions``, a BVH file, a folder of them or "synthetic"; and the fields of
     ``envs.mimic_spec.MimicSpec``. ``env.unwrapped.observation_slices`` tells where each part stands.
@@ -70,10 +78,10 @@ class AdaptMimicEnv(gym.Env):
             **spec: Fields of ``MimicSpec``.
         """
         library = motions if isinstance(motions, MotionLibrary) else motion_library(motions)
-        self._batch = AdaptMimicVectorEnv(library, 1, MimicSpec(**spec), autoreset_mode=AutoresetMode.DISABLED)
-        self.observation_space = self._batch.single_observation_space
-        self.action_space = self._batch.single_action_space
-        self.observation_slices = self._batch.observation_slices
+        self.batch = AdaptMimicVectorEnv(library, 1, MimicSpec(**spec), autoreset_mode=AutoresetMode.DISABLED)
+        self.observation_space = self.batch.single_observation_space
+        self.action_space = self.batch.single_action_space
+        self.observation_slices = self.batch.observation_slices
         self.render_mode = render_mode
         self._renderer: mujoco.Renderer | None = None
 
@@ -81,12 +89,12 @@ class AdaptMimicEnv(gym.Env):
         """Begin an episode; ``options`` may name the ``clip`` (index) and ``frame`` where it begins."""
         super().reset(seed=seed)
         chosen = {key: np.array([value]) for key, value in (options or {}).items()}
-        observation, info = self._batch.reset(seed=seed, options=chosen)
+        observation, info = self.batch.reset(seed=seed, options=chosen)
         return observation[0], info
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """Advance by 1/30 s; the info holds the reward's terms and, at the end, ``tracking``, the episode's metrics."""
-        observation, reward, terminated, truncated, batch_info = self._batch.step(action[None])
+        observation, reward, terminated, truncated, batch_info = self.batch.step(action[None])
         info: dict[str, Any] = {name: value[0] for name, value in batch_info.items() if name.startswith("reward/")}
         info["physics_failed"] = bool(batch_info["physics_failed"][0])
         if "tracking" in batch_info:
@@ -97,11 +105,11 @@ class AdaptMimicEnv(gym.Env):
         """Return a picture of the humanoid, shape (480, 640, 3), in mode "rgb_array"; None otherwise."""
         if self.render_mode != "rgb_array":
             return None
-        model = self._batch.physics.model
+        model = self.batch.physics.model
         if self._renderer is None:
             self._renderer = mujoco.Renderer(model, 480, 640)
         data = mujoco.MjData(model)
-        data.qpos[:] = self._batch.physics.poses()[0]
+        data.qpos[:] = self.batch.physics.poses()[0]
         mujoco.mj_forward(model, data)
         camera = mujoco.MjvCamera()
         camera.lookat[:] = data.qpos[:3]

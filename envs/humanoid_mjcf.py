@@ -9,6 +9,7 @@ from datasets.humanoid import BODIES, BODY_COUNT, HINGE_NAMES, HINGES, MASSES, N
 
 SUBSTEP = 1.0 / 120.0  # s: 60 Hz simulation with 2 substeps (thesis, Table 4.3)
 ARMATURE = 0.02  # kg m^2, rotor inertia that keeps light limbs stable under stiff gains
+FRICTION = [1.0, 0.005, 0.0001]  # sliding, torsional, rolling
 JOINT_DAMPING = 0.5  # Nm s/rad, passive
 
 
@@ -101,9 +102,7 @@ def _add_floor(spec: mujoco.MjSpec) -> None:
     )
     ground = spec.add_material(name="ground", texrepeat=[1, 1], texuniform=True)
     ground.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "ground"
-    spec.worldbody.add_geom(
-        name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1], friction=[1.0, 0.005, 0.0001], material="ground"
-    )
+    spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1], friction=FRICTION, material="ground")
     spec.worldbody.add_light(pos=[0, 0, 6], dir=[0.2, 0.3, -1], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, diffuse=[0.6] * 3)
 
 
@@ -119,7 +118,12 @@ def _add_body(parent: mujoco.MjsBody, body: Body) -> mujoco.MjsBody:
             armature=ARMATURE,
             damping=[JOINT_DAMPING, 0, 0],
         )
-    geom = {"name": body.name, "mass": float(MASSES[NAMES.index(body.name)]), "friction": [1.0, 0.005, 0.0001], "rgba": [0.35, 0.60, 0.42, 1]}
+    geom = {
+        "name": body.name,
+        "mass": float(MASSES[NAMES.index(body.name)]),
+        "friction": [1.0, 0.005, 0.0001],
+        "rgba": [0.35, 0.60, 0.42, 1],
+    }
     points, radius = np.array(body.shape.points, float), body.shape.radius
     if len(points) == 1:
         handle.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, pos=points[0], size=[radius, 0, 0], **geom)
@@ -155,10 +159,6 @@ def _touching_at_rest(model: mujoco.MjModel, gap: float = 0.02) -> list[tuple[st
     """Return the pairs of bodies whose shapes come nearer than ``gap`` [m] in the T-pose."""
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    pairs = []
-    for first in range(1, BODY_COUNT + 1):
-        for second in range(first + 1, BODY_COUNT + 1):
-            if mujoco.mj_geomDistance(model, data, first, second, gap, None) < gap:
-                pairs.append((NAMES[first - 1], NAMES[second - 1]))
-    return pairs
-
+    ids = range(1, BODY_COUNT + 1)  # of bodies and of their geoms: the floor's is 0, as the world's
+    near = [(a, b) for a in ids for b in ids if a < b and mujoco.mj_geomDistance(model, data, a, b, gap, None) < gap]
+    return [(NAMES[a - 1], NAMES[b - 1]) for a, b in near]

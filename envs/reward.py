@@ -30,9 +30,7 @@ class Reward(NamedTuple):
 
 def reward(agent: BodyState, reference: Reference) -> Reward:
     """Return every term of the reward of N worlds. Source: thesis, eq. 4.6 to 4.9."""
-    return Reward(
-        local_pose(agent, reference), position(agent, reference), velocity(agent, reference), discount(agent, reference.body)
-    )
+    return Reward(local_pose(agent, reference), position(agent, reference), velocity(agent, reference), discount(agent, reference.body))
 
 
 def local_pose(agent: BodyState, reference: Reference) -> Array:

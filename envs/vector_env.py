@@ -32,7 +32,7 @@ class AdaptMimicVectorEnv(VectorEnv):
         self,
         library: MotionLibrary,
         num_envs: int = 1,
-        spec: MimicSpec | None = None,
+        task: MimicSpec | None = None,
         threads: int = 1,
         autoreset_mode: AutoresetMode = AutoresetMode.SAME_STEP,
         clip_weights: np.ndarray | None = None,
@@ -42,7 +42,7 @@ class AdaptMimicVectorEnv(VectorEnv):
         Args:
             library: Reference motion at 60 fps.
             num_envs: Number of worlds N.
-            spec: Variant of the task, the thesis's by default.
+            task: Variant of the task, the thesis's by default.
             threads: Native threads that step the worlds.
             autoreset_mode: SAME_STEP or DISABLED.
             clip_weights: How often each clip is drawn; by length if None, shape (clips,).
@@ -54,26 +54,26 @@ class AdaptMimicVectorEnv(VectorEnv):
             raise ValueError(f"the library's clips run at {library.fps:g} fps, should be {FPS:g}")
         if autoreset_mode not in (AutoresetMode.SAME_STEP, AutoresetMode.DISABLED):
             raise ValueError("autoreset_mode should be SAME_STEP or DISABLED")
-        self.num_envs, self.library, self.spec = num_envs, library, spec or MimicSpec()
+        self.num_envs, self.library, self.task = num_envs, library, task or MimicSpec()
         self.physics = CpuPhysics(num_envs, threads)
         self.starts = StartSampler(library, clip_weights)
         self.metadata = {"render_modes": [], "render_fps": int(FPS / FRAMES_PER_STEP), "autoreset_mode": autoreset_mode}
         self.render_mode = None
         self._autoreset = autoreset_mode == AutoresetMode.SAME_STEP
-        self.single_observation_space = spaces.Box(-np.inf, np.inf, (self.spec.observation_size,), np.float32)
-        self.single_action_space = spaces.Box(-1.0, 1.0, (self.spec.action_size,), np.float32)
-        self.observation_space = spaces.Box(-np.inf, np.inf, (num_envs, self.spec.observation_size), np.float32)
-        self.action_space = spaces.Box(-1.0, 1.0, (num_envs, self.spec.action_size), np.float32)
-        self.observation_slices = self.spec.observation_slices
-        self._hinges = np.array(self.spec.residual_hinges)
-        self._ahead = FRAMES_PER_STEP * np.array(self.spec.preview, dtype=int)
+        self.single_observation_space = spaces.Box(-np.inf, np.inf, (self.task.observation_size,), np.float32)
+        self.single_action_space = spaces.Box(-1.0, 1.0, (self.task.action_size,), np.float32)
+        self.observation_space = spaces.Box(-np.inf, np.inf, (num_envs, self.task.observation_size), np.float32)
+        self.action_space = spaces.Box(-1.0, 1.0, (num_envs, self.task.action_size), np.float32)
+        self.observation_slices = self.task.observation_slices
+        self._hinges = np.array(self.task.residual_hinges)
+        self._ahead = FRAMES_PER_STEP * np.array(self.task.preview, dtype=int)
         self._clip_start = np.array([clip.start for clip in library.clips])
         self._clip_end = self._clip_start + np.array([clip.frames for clip in library.clips]) - 1  # last row of each clip
         self._metrics = EpisodeMetrics(num_envs)
         self._clip = np.zeros(num_envs, dtype=int)
         self._first, self._row, self._last = (np.zeros(num_envs, dtype=int) for _ in range(3))  # rows of the library
         self._anchor = np.zeros((num_envs, 3), dtype=np.float32)
-        self._action = np.zeros((num_envs, self.spec.action_size), dtype=np.float32)
+        self._action = np.zeros((num_envs, self.task.action_size), dtype=np.float32)
         self.physics_failures = 0
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[np.ndarray, dict[str, Any]]:
@@ -111,11 +111,11 @@ class AdaptMimicVectorEnv(VectorEnv):
             ``physics_failed`` (N,), and for worlds that ended ``final_obs`` and ``tracking`` with their masks.
         """
         newest = np.clip(np.asarray(actions, dtype=np.float32), -1.0, 1.0)
-        self._action = self.spec.smoothing * newest + (1.0 - self.spec.smoothing) * self._action
+        self._action = self.task.smoothing * newest + (1.0 - self.task.smoothing) * self._action
         self._row = np.minimum(self._row + FRAMES_PER_STEP, self._clip_end[self._clip])  # a world left ended holds the last frame
         reference = self.library.at(self._row)
         targets = reference.hinges + _SPEED_FEED * reference.hinge_vel
-        targets[:, self._hinges] += self.spec.action_scale * self._action
+        targets[:, self._hinges] += self.task.action_scale * self._action
         failed = self.physics.step(targets)
         agent = self.physics.bodies()
         if failed.any():  # no number of an exploded world may reach anybody
@@ -198,4 +198,4 @@ class AdaptMimicVectorEnv(VectorEnv):
             end = self._clip_end[self._clip[worlds]]
             rows = np.minimum(self._row[worlds][:, None] + self._ahead, end[:, None])
             preview = self.library.frames.body.pos[rows]
-        return observe(self.spec, agent, reference, self._action[worlds], preview)
+        return observe(self.task, agent, reference, self._action[worlds], preview)

@@ -3,9 +3,7 @@
 import numpy as np
 
 
-def gae(
-    rewards: np.ndarray, values: np.ndarray, next_values: np.ndarray, ended: np.ndarray, gamma: float, lam: float
-) -> np.ndarray:
+def gae(rewards: np.ndarray, values: np.ndarray, next_values: np.ndarray, ended: np.ndarray, gamma: float, lam: float) -> np.ndarray:
     """Return the advantages of a rollout.
 
     Args:

@@ -1,6 +1,7 @@
 """Clips, suits and mixture put together into the libraries that a run trains and selects on; prepared once, then cached."""
 
 import hashlib
+import inspect
 import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -10,7 +11,6 @@ import numpy as np
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save_file
 
-import datasets
 from configs.errors import InputError
 from datasets.imu_fusion import simulate_suit
 from datasets.mixture import clip_weights, pick_holdout
@@ -102,7 +102,7 @@ def _fingerprint(config: DataConfig) -> str:
     digest = hashlib.sha256(json.dumps({**asdict(config), "holdout": "", "suit_share": 0}, sort_keys=True).encode())
     source = Path(config.motions)
     files = [source] if source.is_file() else sorted(source.rglob("*.[bB][vV][hH]"))
-    code = sorted(Path(datasets.__path__[0]).glob("*.py"))
+    code = sorted(Path(inspect.getfile(BodyMotion)).parent.glob("*.py"))
     for file in [*files, *code, *([Path(config.mapping)] if config.mapping else [])]:
         digest.update(str(file.relative_to(source) if file in files and source.is_dir() else file.name).encode())
         digest.update(file.read_bytes())

@@ -74,9 +74,7 @@ def play(act: Act, library: MotionLibrary, spec: MimicSpec, rollouts: Rollouts, 
     for first in range(0, count, env.num_envs):
         # The last part is filled up with rollouts that were played before: an env has one size.
         part = np.arange(first, first + env.num_envs) % count
-        observation, _ = env.reset(
-            options={"clip": rollouts.clip[part], "frame": rollouts.frame[part], "frames": rollouts.frames[part]}
-        )
+        observation, _ = env.reset(options={"clip": rollouts.clip[part], "frame": rollouts.frame[part], "frames": rollouts.frames[part]})
         running = np.ones(env.num_envs, dtype=bool)
         while running.any():
             observation, _, terminated, truncated, info = env.step(act(observation))

@@ -5,7 +5,9 @@ import signal
 import sys
 import time
 from collections import deque
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
+from itertools import count
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -68,8 +70,14 @@ def train(config: PpoConfig, resume: bool) -> Path:
     """Run a training to its end, or until it is asked to stop; return the run's folder."""
     stop = Stop()
     console = make_console()
-    folder = open_folder(config, resume, console.print)
+    folder = Path(config.runs_dir) / config.name
+    if resume and load_newest(folder / "checkpoints") is None:
+        raise InputError(f"there is no checkpoint to resume in {folder}/checkpoints; start without --resume")
     motions = prepare_motions(config.data, Path(config.runs_dir) / "cache", console.print)
+    if not resume:
+        move_aside(folder, console.print)
+    folder.mkdir(parents=True, exist_ok=True)
+    save_config(config, folder / "config.yaml")
     learner = PpoLearner(config)
     log = RunLog(folder, console)
     recent: deque[dict[str, np.ndarray]] = deque(maxlen=20)
@@ -97,18 +105,12 @@ def train(config: PpoConfig, resume: bool) -> Path:
     return folder
 
 
-def open_folder(config: PpoConfig, resume: bool, say: Any) -> Path:  # noqa: ANN401
-    """Return the run's folder; a finished or broken run of the same name is moved aside, never written over."""
-    folder = Path(config.runs_dir) / config.name
-    if resume and load_newest(folder / "checkpoints") is None:
-        raise InputError(f"there is no checkpoint to resume in {folder}/checkpoints; start without --resume")
-    if not resume and folder.exists():
-        aside = next(path for n in range(1, 10_000) if not (path := folder.with_name(f"{config.name}.{n}")).exists())
+def move_aside(folder: Path, say: Callable[[str], None]) -> None:
+    """Rename the folder of an earlier run of the same name, if there is one: nothing is written over."""
+    if folder.exists():
+        aside = next(path for n in count(1) if not (path := folder.with_name(f"{folder.name}.{n}")).exists())
         folder.rename(aside)
         say(f"an earlier run was moved to {aside}")
-    folder.mkdir(parents=True, exist_ok=True)
-    save_config(config, folder / "config.yaml")
-    return folder
 
 
 def _resume(folder: Path, learner: PpoLearner, pool: RolloutPool, log: RunLog) -> Clock:
@@ -162,9 +164,7 @@ def _log_iteration(
     log.progress(done, clock.samples, speeds["total"], left, {name: metrics[name] for name in list(metrics)[:4]})
 
 
-def _evaluate(
-    config: PpoConfig, learner: PpoLearner, motions: PreparedMotions, folder: Path, clock: Clock, log: RunLog
-) -> Clock:
+def _evaluate(config: PpoConfig, learner: PpoLearner, motions: PreparedMotions, folder: Path, clock: Clock, log: RunLog) -> Clock:
     """Play the held-out performer's clips and keep the policy if it is the best so far."""
     begin = time.monotonic()
     rollouts, _ = protocol(motions.holdout, EVALUATED_OFFSETS)

@@ -56,9 +56,7 @@ class NetworkConfig:
         """Check the values; OmegaConf hands lists over."""
         object.__setattr__(self, "hidden", tuple(self.hidden))
         _require(bool(self.hidden) and min(self.hidden) > 0, "network.hidden", list(self.hidden), "positive layer sizes")
-        _require(
-            self.activation in ("tanh", "elu", "silu", "relu"), "network.activation", self.activation, "tanh, elu, silu or relu"
-        )
+        _require(self.activation in ("tanh", "elu", "silu", "relu"), "network.activation", self.activation, "tanh, elu, silu or relu")
 
 
 @dataclass(frozen=True)

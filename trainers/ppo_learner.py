@@ -52,31 +52,29 @@ class PpoLearner:
         sigma, size = self.sigma(progress), len(batch["observations"])
         for group in self.optimiser.param_groups:
             group["lr"] = self.learning_rate(progress)
-        sums: dict[str, float] = {}
-        count = 0
+        steps: list[dict[str, float]] = []
+        kl = 0.0
         for _ in range(self.config.epochs):
             order = torch.randperm(size, generator=self.random)
-            kl_of_pass = []
-            for picked in order.split(self.config.minibatch):
-                found = self._step({name: array[picked] for name, array in batch.items()}, sigma)
-                kl_of_pass.append(found["kl"])
-                count += 1
-                for name, value in found.items():
-                    sums[name] = sums.get(name, 0.0) + value
-            if self.config.target_kl and np.mean(kl_of_pass) > self.config.target_kl:
+            passed = [
+                self._step({name: array[picked] for name, array in batch.items()}, sigma) for picked in order.split(self.config.minibatch)
+            ]
+            steps += passed
+            kl = float(np.mean([step["kl"] for step in passed]))
+            if self.config.target_kl and kl > self.config.target_kl:
                 break
-        means = {name: value / count for name, value in sums.items()}
+        means = {name: float(np.mean([step[name] for step in steps])) for name in steps[0]}
         # After the update: the rollout's log-probabilities were made with the statistics that it was collected with.
         self.policy.normaliser.update(batch["observations"])
         target = batch["targets"]
         unexplained = (target - batch["values"]).var() / target.var().clamp_min(1e-12)
         return {
             **means,
-            "kl": float(np.mean(kl_of_pass)),
+            "kl": kl,
             "explained_variance": 1.0 - float(unexplained),
             "learning_rate": self.learning_rate(progress),
             "sigma": sigma,
-            "minibatches": float(count),
+            "minibatches": float(len(steps)),
         }
 
     def _step(self, part: dict[str, torch.Tensor], sigma: float) -> dict[str, float]:
@@ -112,23 +110,23 @@ class PpoLearner:
     def _samples(self, rollout: Rollout) -> dict[str, torch.Tensor]:
         gamma, lam = self.config.gamma, self.config.gae_lambda
         steps, worlds = rollout.rewards.shape
-        observations = torch.from_numpy(rollout.observations)
+        observations = torch.tensor(rollout.observations)  # a copy: what Ray shares may not be written to
         values = self._values(observations.flatten(0, 1)).reshape(steps, worlds)
-        next_values = np.concat([values[1:], self._values(torch.from_numpy(rollout.last_observations))[None]])
+        next_values = np.concat([values[1:], self._values(torch.tensor(rollout.last_observations))[None]])
         next_values[rollout.terminated] = 0.0
-        next_values[rollout.truncated] = self._values(torch.from_numpy(rollout.truncated_observations))
+        next_values[rollout.truncated] = self._values(torch.tensor(rollout.truncated_observations))
         # Values are learnt as the discounted mean reward of a step, so that their size does not depend on gamma.
         rewards = (1.0 - gamma) * rollout.rewards if gamma < 1.0 else rollout.rewards
         advantages = gae(rewards, values, next_values, rollout.terminated | rollout.truncated, gamma, lam)
         arrays = {
-            "observations": rollout.observations,
             "actions": rollout.actions,
             "log_probs": rollout.log_probs,
             "advantages": advantages,
             "values": values,
             "targets": advantages + values,
         }
-        samples = {name: torch.from_numpy(np.ascontiguousarray(array)).flatten(0, 1).float() for name, array in arrays.items()}
+        samples = {name: torch.tensor(array, dtype=torch.float32).flatten(0, 1) for name, array in arrays.items()}
+        samples["observations"] = observations.flatten(0, 1)
         samples["means"] = torch.concat([self.policy.mean_action(part) for part in samples["observations"].split(8192)])
         return samples
 

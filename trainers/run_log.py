@@ -62,7 +62,7 @@ class RunLog:
         minutes, seconds = divmod(round(left), 60)
         self._console.print(f"{done:5.1%}  {samples / 1e6:7.2f} M steps  {speed:6.0f} steps/s  {minutes:d}:{seconds:02d} left   {shown}")
 
-    def say(self, text: str, **style: Any) -> None:  # noqa: ANN401 (rich's)
+    def say(self, text: str, **style: Any) -> None:
         """Print a line."""
         self._console.print(text, **style)
 

@@ -1,0 +1,58 @@
+"""Runs a speed benchmark with its peers and its limit in the same run: ``python -m eval.benchmark NAME [--json FILE]``."""
+
+import argparse
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import Progress
+
+from configs.errors import InputError
+from datasets.sources import SYNTHETIC
+from eval.benchmark_env import benchmark_env
+from eval.speed import Speed
+
+BENCHMARKS: dict[str, Callable[[str, int, Callable[[], None]], Speed]] = {"env": benchmark_env}
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line; return the exit code."""
+    parser = argparse.ArgumentParser(prog="python -m eval.benchmark", description="Measure speed against peers and the limit of the machine.")
+    parser.add_argument("name", choices=sorted(BENCHMARKS), help="which benchmark")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there as well")
+    parser.add_argument("--motions", default=SYNTHETIC, metavar="PATH", help="motion source (default: synthetic)")
+    parser.add_argument("--rounds", type=int, default=16, help="rounds of which medians are taken (default: 16)")
+    options = parser.parse_args(arguments)
+    try:
+        _check(options)
+        speed = _measure(options)
+    except InputError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+    Console().print(speed.table())
+    if options.json:
+        options.json.write_text(json.dumps(speed.summary(), indent=2) + "\n", encoding="utf-8")
+    return 0
+
+
+def _check(options: argparse.Namespace) -> None:
+    """Raise what is wrong before a minute is spent."""
+    if options.rounds < 1:
+        raise InputError(f"--rounds is {options.rounds}, should be 1 or more")
+    if options.json and not options.json.absolute().parent.is_dir():
+        raise InputError(f"--json {options.json}: there is no folder {options.json.absolute().parent}")
+
+
+def _measure(options: argparse.Namespace) -> Speed:
+    """Run the benchmark with a bar of its rounds on standard error."""
+    with Progress(console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task(f"benchmark {options.name}", total=options.rounds + 1)
+        return BENCHMARKS[options.name](options.motions, options.rounds, lambda: progress.advance(task))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

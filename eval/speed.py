@@ -1,0 +1,112 @@
+"""Times ways of doing the same work in turns, so that whatever else the machine does slows all of them alike."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+
+
+@dataclass(frozen=True)
+class Contender:
+    """One way of doing the work.
+
+    Attributes:
+        name: Row of the table, key of the JSON.
+        what: One line that says what is timed.
+        run: Does a block of work and returns how much it was, in the benchmark's unit.
+        prepare: Called before each block, untimed.
+        limit: Name of the contender whose rate bounds this one's; none if empty.
+    """
+
+    name: str
+    what: str
+    run: Callable[[], int]
+    prepare: Callable[[], None] = lambda: None
+    limit: str = ""
+
+
+@dataclass(frozen=True)
+class Speed:
+    """Rates of contenders over the same rounds.
+
+    Attributes:
+        benchmark: Name of the benchmark.
+        unit: Of the rates, such as "control steps/s".
+        contenders: In the order of the table.
+        rates: Of each contender in each round, by name, shape (rounds,).
+        ours: Name of the contender that the others are compared with.
+        peers: Names of the contenders that do the same job by other means.
+    """
+
+    benchmark: str
+    unit: str
+    contenders: Sequence[Contender]
+    rates: dict[str, np.ndarray]
+    ours: str
+    peers: Sequence[str] = field(default_factory=tuple)
+
+    def rate(self, name: str) -> float:
+        """Return the median rate of a contender."""
+        return float(np.median(self.rates[name]))
+
+    def ratio(self, name: str, other: str) -> float:
+        """Return the median over the rounds of how many times quicker a contender was than another in the same round."""
+        return float(np.median(self.rates[name] / self.rates[other]))
+
+    def summary(self) -> dict[str, Any]:
+        """Return what goes into the JSON file; ``rows`` holds every contender's rate and its ratio to its own limit."""
+        ours = next(one for one in self.contenders if one.name == self.ours)
+        rows = {
+            one.name: {"rate": self.rate(one.name), "limit": one.limit or None, "ratio": self.ratio(one.name, one.limit) if one.limit else None}
+            for one in self.contenders
+        }
+        return {
+            "benchmark": self.benchmark,
+            "unit": self.unit,
+            "ours": self.rate(ours.name),
+            "limit": self.rate(ours.limit),
+            "peers": {name: self.rate(name) for name in self.peers},
+            "ratios": {"limit": self.ratio(ours.name, ours.limit), **{name: self.ratio(ours.name, name) for name in self.peers}},
+            "rounds": len(self.rates[self.ours]),
+            "rows": rows,
+        }
+
+    def table(self) -> Table:
+        """Return rates and ratios for people."""
+        rounds = len(self.rates[self.ours])
+        table = Table(
+            title=f"{self.benchmark}: {self.unit}",
+            caption=f"medians of {rounds} interleaved rounds; ratios are medians of each round's own; times = {self.ours} over this row",
+        )
+        for column, justify in (("what", "left"), (self.unit, "right"), ("of its limit", "right"), ("times", "right")):
+            table.add_column(column, justify=justify)
+        for one in self.contenders:
+            share = f"{self.ratio(one.name, one.limit):.2f}" if one.limit else ""
+            times = f"{self.ratio(self.ours, one.name):.2f}"
+            table.add_row(f"[bold]{one.name}[/]\n{one.what}", f"{self.rate(one.name):,.0f}", share, times)
+        return table
+
+
+def interleave(contenders: Sequence[Contender], rounds: int, after_round: Callable[[], None] = lambda: None) -> dict[str, np.ndarray]:
+    """Return the rate of each contender in each round, after one round that warms up and is thrown away.
+
+    Args:
+        contenders: Run one after the other in every round.
+        rounds: How many rounds are kept.
+        after_round: Called after each, such as a progress display's step.
+
+    Returns:
+        Work per second by contender, shape (rounds,).
+    """
+    rates: dict[str, list[float]] = {one.name: [] for one in contenders}
+    for _ in range(rounds + 1):
+        for one in contenders:
+            one.prepare()
+            begin = time.perf_counter()
+            done = one.run()
+            rates[one.name].append(done / (time.perf_counter() - begin))
+        after_round()
+    return {name: np.array(values[1:]) for name, values in rates.items()}

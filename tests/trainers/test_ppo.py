@@ -1,0 +1,106 @@
+"""The main job on a small scale: it trains, stops, resumes and says what is wrong."""
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from agents.policy import Policy
+from configs.errors import InputError
+from trainers import ppo
+from trainers.checkpoint import load_newest
+from trainers.ppo_config import CollectConfig, PpoConfig
+
+
+def final_state(folder: Path) -> dict:
+    found = load_newest(folder / "checkpoints")
+    assert found is not None
+    return found[0]
+
+
+def same(one: dict, other: dict) -> None:
+    assert one.keys() == other.keys()
+    for key, value in one.items():
+        if isinstance(value, dict):
+            same(value, other[key])
+        elif key != "seconds":  # the clock on the wall
+            np.testing.assert_array_equal(value, other[key], err_msg=key)
+
+
+def test_a_run_leaves_its_files(tiny: PpoConfig) -> None:
+    folder = ppo.train(tiny, resume=False)
+    assert (folder / "config.yaml").is_file()
+    assert list(folder.glob("events.out.tfevents.*"))
+    policy, card = Policy.load(folder / "best" / "policy.safetensors")
+    assert policy.act(np.zeros((5, 273), np.float32)).shape == (5, 20)
+    assert card["clips"] != ["one", "two"]  # one performer is held out
+    assert final_state(folder)["clock"]["samples"] == 6 * 32
+
+
+def test_resumed_equals_uninterrupted(tiny: PpoConfig, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = ppo.train(replace(tiny, name="whole"), resume=False)
+
+    class StopAfterFour(ppo.Stop):
+        def __init__(self) -> None:
+            self.asks = 0
+
+        @property
+        def asked(self) -> bool:  # type: ignore[override]
+            self.asks += 1
+            return self.asks > 7  # asked twice in an iteration: the fourth is the last
+
+    with monkeypatch.context() as patch:
+        patch.setattr(ppo, "Stop", StopAfterFour)
+        parts = ppo.train(replace(tiny, name="parts"), resume=False)
+    assert final_state(parts)["clock"]["iteration"] == 4
+    ppo.train(replace(tiny, name="parts"), resume=True)
+    same(final_state(whole), final_state(parts))
+
+
+def test_ray_collects_what_one_process_collects(tiny: PpoConfig) -> None:
+    alone = ppo.train(replace(tiny, name="alone"), resume=False)
+    by_ray = ppo.train(replace(tiny, name="by_ray", collect=replace(tiny.collect, actors=1)), resume=False)
+    same(final_state(alone), final_state(by_ray))
+
+
+def test_two_actors_bring_twice_the_samples(tiny: PpoConfig) -> None:
+    folder = ppo.train(replace(tiny, collect=CollectConfig(actors=2, envs=4, threads=1, horizon=8)), resume=False)
+    clock = final_state(folder)["clock"]
+    assert (clock["iteration"], clock["samples"]) == (3, 192)
+
+
+def test_an_earlier_run_is_moved_not_overwritten(tiny: PpoConfig) -> None:
+    folder = ppo.train(tiny, resume=False)
+    kept = (folder / "best" / "policy.safetensors").read_bytes()
+    ppo.train(tiny, resume=False)
+    assert (folder.with_name("tiny.1") / "best" / "policy.safetensors").read_bytes() == kept
+
+
+def test_nothing_to_resume(tiny: PpoConfig) -> None:
+    with pytest.raises(InputError, match="no checkpoint to resume"):
+        ppo.train(tiny, resume=True)
+
+
+def test_an_unknown_holdout_names_the_performers(tiny: PpoConfig) -> None:
+    with pytest.raises(InputError, match="one of ann, bob"):
+        ppo.train(replace(tiny, data=replace(tiny.data, holdout="eve")), resume=False)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--config", "configs/none.yaml"], "there is no config file"),
+        (["--config", "configs/mixed.yaml", "learner.gama=1"], "did you mean 'learner.gamma'?"),
+        (["--config", "configs/mixed.yaml", "learner.gamma=2"], "learner.gamma is 2.0, should be from 0 to 1"),
+        (["--config", "configs/mixed.yaml", "data.motions=/no/such/place"], "/no/such/place"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_2(arguments: list[str], says: str, tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "trainers.ppo", *arguments, f"runs_dir={tmp_path}", "collect.actors=0"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parents[2], check=False)
+    assert done.returncode == 2
+    assert says in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
