@@ -10,7 +10,7 @@ from itertools import permutations, product
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from datasets.capture import Capture, leg_length
+from datasets.capture import Capture
 from datasets.humanoid import LEG_LENGTH
 from datasets.kinematics import linear_velocity
 from datasets.rotation import about_axis, conjugate, cross, multiply, rotate
@@ -61,11 +61,6 @@ class World:
 
     positions: dict[str, np.ndarray]
     rotations: dict[str, np.ndarray]
-
-
-def scale_of(capture: Capture, positions: np.ndarray) -> float:
-    """Return our leg's length over the performer's."""
-    return LEG_LENGTH / leg_length(positions, capture.roles)
 
 
 def calibrate(capture: Capture, world: World, foot_tips: dict[str, np.ndarray]) -> Calibration:

@@ -97,7 +97,8 @@ def _find_unit(leg: float) -> float:
     unit = min(UNITS.values(), key=lambda metres: abs(np.log(metres * leg / LEG_LENGTH)))
     if abs(np.log(unit * leg / LEG_LENGTH)) > np.log(MAX_LEG_RATIO):
         raise InputError(
-            f"legs of {leg:.4g} units are a human's in none of {', '.join(UNITS)}; name the unit in metres in a mapping file, such as 'unit: 0.01'"
+            f"legs of {leg:.4g} units are a human's in none of {', '.join(UNITS)}; "
+            "name the unit in metres in a mapping file, such as 'unit: 0.01'"
         )
     return unit
 

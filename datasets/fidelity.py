@@ -10,6 +10,7 @@ from datasets.retarget import Retargeted
 from datasets.rotation import conjugate, rotate
 from datasets.skeleton import forward_kinematics
 
+MAX_ACCELERATION = 1000.0  # m/s^2 relative to the pelvis; a kick reaches about half of it, marker swaps exceed it
 NEAR_LOCK = np.radians(75.0)  # of a middle hinge; at 90 degrees the outer two turn about one axis
 
 
@@ -23,6 +24,7 @@ class Fidelity:
         error_moving: The same without each joint's mean displacement, seen from the pelvis: what is not proportions [m], (20,).
         error_world: The same as ``error_local`` against the file's own ground [m], shape (20,).
         lowest_foot: Height of the lowest point of both feet in each frame [m], shape (T,).
+        jumps: Frames from which a joint jumps: its acceleration relative to the pelvis is beyond what muscles do.
         near_lock: Share of the frames in which the middle hinge of each body is beyond 75 degrees, shape (20,).
     """
 
@@ -30,6 +32,7 @@ class Fidelity:
     error_moving: np.ndarray
     error_world: np.ndarray
     lowest_foot: np.ndarray
+    jumps: int
     near_lock: np.ndarray
 
 
@@ -44,16 +47,23 @@ def measure(retargeted: Retargeted) -> Fidelity:
     """Return the measures of a retargeted clip."""
     positions, rotations = body_poses(retargeted.motion)
     local, moving, world = np.full((3, BODY_COUNT), np.nan)
+    lift = np.array([0.0, 0.0, retargeted.lift])
     for body, point in performer_points(retargeted).items():
         index = NAMES.index(body)
         off = positions[:, index] - point
         local[index] = np.linalg.norm(off, axis=-1).mean()
-        world[index] = np.linalg.norm(off + (0.0, 0.0, retargeted.lift), axis=-1).mean()
+        world[index] = np.linalg.norm(off + lift, axis=-1).mean()
         seen = rotate(conjugate(rotations[:, 0]), off)
         moving[index] = np.linalg.norm(seen - seen.mean(axis=0), axis=-1).mean()
     lowest_foot = lowest_points(positions, rotations)[:, [body for foot in FEET for body in foot]].min(axis=-1)
     angles = hinge_angles(retargeted.motion.local_rotations)
-    return Fidelity(local, moving, world, lowest_foot, _near_lock(angles))
+    return Fidelity(local, moving, world, lowest_foot, _jumps(positions, retargeted.motion.fps), _near_lock(angles))
+
+
+def _jumps(positions: np.ndarray, fps: float) -> int:
+    """Return the number of frames in which a body of (T, 20, 3) [m] accelerates impossibly."""
+    acceleration = np.diff(positions - positions[:, :1], n=2, axis=0) * fps**2
+    return int(np.sum(np.linalg.norm(acceleration, axis=-1).max(axis=-1, initial=0.0) > MAX_ACCELERATION))
 
 
 def _near_lock(angles: np.ndarray) -> np.ndarray:

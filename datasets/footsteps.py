@@ -113,18 +113,25 @@ def _pitch(t: np.ndarray, steps: list[Step]) -> np.ndarray:
 def _swing(t: np.ndarray, step: Step, start: Plant, pitch: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return ankle (T, 3), yaw (T,) and toe bend (T,) of one swing, leaving and meeting the ground at rest."""
     s = (t - step.lift) / (step.land - step.lift)
-    over = reach_profile(s, 0.3, 0.22)
+    over = reach_profile(s, 0.4, 0.3)
     yaw = start.yaw + over * (step.plant.yaw - start.yaw)
     on_toe, on_heel = _over_toe(pitch), _over_heel(pitch) if step.roll_on <= 0 else _over_toe(pitch)
     leave = _placed(start, start.yaw, on_toe)
     ankle = leave + over[:, None] * (_placed(step.plant, step.plant.yaw, on_heel) - leave)
     ankle[:, 2] += (smoother_step((s - step.kick - 0.25) / 0.45) - over) * (on_heel - on_toe)[:, 2]  # change over while the sole is level
+    ankle += _bend_of_way(over, start, step.plant)
     rise = step.plant.z - start.z
     climb = smoother_step(s / 0.6) if rise > 0 else smoother_step((s - 0.4) / 0.6) if rise < 0 else over
     ankle[:, 2] += (climb - over) * rise
     ankle[:, 2] += step.clearance * smoother_step(s / 0.35) * smoother_step((1.0 - s) / 0.65)
     flat = 1.0 - smoother_step((s - 0.05) / 0.5) + (step.roll_on > 0) * smoother_step((s - 0.6) / 0.4)
     return ankle, yaw, -flat * np.maximum(pitch, 0.0)
+
+
+def _bend_of_way(over: np.ndarray, start: Plant, end: Plant) -> np.ndarray:
+    """Return (T, 3): how far the arc that turns from one plant to the next is from its chord, so that feet pass each other."""
+    way, turn = np.array([end.x - start.x, end.y - start.y, 0.0]), end.yaw - start.yaw
+    return (0.5 * turn * over * (1.0 - over))[:, None] * np.array([way[1], -way[0], 0.0])
 
 
 def _one_foot(t: np.ndarray, start: Plant, steps: list[Step]) -> tuple[np.ndarray, ...]:
@@ -166,7 +173,7 @@ def _load_of_left(t: np.ndarray, steps: list[Step], sway: np.ndarray) -> np.ndar
     times, values = [first.lift - SHIFT, first.lift], [0.5, float(first.side)]
     for now, following in zip(steps, [*steps[1:], None], strict=True):
         done = following.lift if following else now.land + SHIFT
-        bearing = (float(following.side) if following else 0.5)
+        bearing = float(following.side) if following else 0.5
         times += [min(now.land, done), max(now.land, done)]
         values += [float(now.side), bearing]
     quiet = smoother_step((first.lift - SHIFT - t) / 0.5) + smoother_step((t - last.land - SHIFT) / 0.5)

@@ -1,20 +1,21 @@
 """Gait: from the path of a body to the footsteps that carry it, with the rates and lengths of human steps."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from datasets.balance import GRAVITY
-from datasets.curves import smoother_step
+from datasets.curves import smoothed, smoother_step
 from datasets.footsteps import MIDFOOT, Plant, Step
 from datasets.performer import Style
 
 # Against speed [m/s]: steps per second (Grieve and Gear 1966 for walking, Cavagna 1988 for running), and the share of a
 # step in which both feet are on the ground, negative where none is (Murray 1967, Nilsson 1985).
-WALK_RATE = ((0.4, 0.7, 1.0, 1.4, 1.8), (1.55, 1.60, 1.75, 2.00, 2.22))
+WALK_RATE = ((0.4, 0.7, 1.0, 1.4, 1.8), (1.55, 1.62, 1.80, 2.10, 2.30))
 WALK_OVERLAP = ((0.0, 0.7, 1.3, 1.8), (0.36, 0.32, 0.24, 0.17))
-RUN_RATE = ((0.3, 1.0, 1.6, 2.2, 3.0, 4.0), (1.60, 2.10, 2.45, 2.65, 2.80, 3.00))
-RUN_OVERLAP = ((0.0, 0.6, 1.0, 1.6, 2.6, 3.5), (0.36, 0.20, 0.05, -0.12, -0.26, -0.35))
+RUN_RATE = ((0.3, 1.0, 1.6, 2.2, 3.0, 4.0), (1.80, 2.40, 2.65, 2.75, 2.85, 3.00))
+RUN_OVERLAP = ((0.0, 0.6, 1.0, 1.6, 2.6, 3.5), (0.36, 0.15, -0.05, -0.20, -0.28, -0.35))
 
 
 @dataclass(frozen=True)
@@ -118,7 +119,7 @@ def _step(side: int, lift: float, land: float, plant: Plant, stride: float, run:
         plant=plant,
         roll_off=float(np.deg2rad(walk_off + run * (80.0 - walk_off))),
         roll_on=float(np.deg2rad(walk_on + run * (-5.0 - walk_on))),
-        clearance=0.055 + 0.10 * run,
+        clearance=0.08 + 0.09 * run,
         kick=0.2 + 0.1 * run,
     )
 
@@ -129,7 +130,7 @@ def bounce(t: np.ndarray, steps: list[Step]) -> tuple[np.ndarray, np.ndarray]:
     In flight it falls freely; in stance a half-sine force carries it, of just the impulse that the weight has over the step.
     """
     height, counts = np.zeros_like(t), np.zeros_like(t)
-    for now, following in zip(steps[:-1], steps[1:], strict=True):
+    for now, following in pairwise(steps):
         off = min(_lift_after(steps, now), following.land)
         flight, contact = following.land - off, off - now.land
         weight = float(smoother_step(np.array(flight / 0.06)))
@@ -140,7 +141,7 @@ def bounce(t: np.ndarray, steps: list[Step]) -> tuple[np.ndarray, np.ndarray]:
         stance = -force * np.sin(np.pi * u / contact) + 0.5 * GRAVITY * u * (contact - u)
         height[here] = weight * np.where(u < contact, stance, 0.5 * GRAVITY * air * (flight - air))
         counts[here] = weight
-    return height, counts
+    return smoothed(height, 1.5), smoothed(counts, 6.0)
 
 
 def _lift_after(steps: list[Step], landed: Step) -> float:

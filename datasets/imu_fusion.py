@@ -22,12 +22,12 @@ _UP = np.array([0.0, 0.0, 1.0])
 _SOLE_FOOT = np.array([[-0.06, 0.0, -ANKLE_HEIGHT], [0.13, 0.0, -ANKLE_HEIGHT]])  # heel and ball in the foot's frame [m]
 _SOLE_TOE = np.array([[0.07, 0.0, -0.02]])  # tip in the toe's frame [m]
 _STANCE_HEIGHT = 0.03  # m above the lowest sole point, within which another one may stand too
-_STANCE_SPEED = 1.0  # m/s, of a sole point, above which it does not stand
+_STANCE_SPEED = 0.8  # m/s, of a sole point, above which it does not stand
 _STANCE_FLOOR = 0.03  # confidence in a moving lowest point: without it the root would leave for ever on its accelerations
 _FREE_FALL = 3.0  # m/s^2: a body that weighs less does not stand; one that weighs twice as much may
-_HOLD_SECONDS = 0.03  # within which the root takes over the velocity that keeps the standing foot where it was
+_HOLD_SECONDS = 0.02  # within which the root takes over the velocity that keeps the standing foot where it was
 _GROUND_SECONDS = 0.15  # within which the standing foot is pulled to the ground
-_GROUND_PERCENTILE = 30.0  # of the lowest point: about where retargeting finds the ground of a real clip
+_GROUND_PERCENTILE = 20.0  # of the lowest point is put on the ground; so chosen that clips sink in as deep as those of real suits
 
 
 @dataclass(frozen=True)
@@ -163,7 +163,7 @@ def track_root(local: np.ndarray, pelvis_acceleration: np.ndarray, leg_scale: fl
         velocity = velocity + step * pelvis_acceleration[n]
         slip = np.sum((towards[n] - velocity) ** 2, axis=1)
         stands = low[n] * (_STANCE_FLOOR + np.exp(-slip / _STANCE_SPEED**2))
-        surely = loaded[n] * min(1.0, stands.sum())
+        surely = loaded[n] * stands.max() / (1.0 + _STANCE_FLOOR)
         held = stands @ towards[n] / stands.sum()
         velocity = velocity + (1.0 - np.exp(-surely * step / _HOLD_SECONDS)) * (held - velocity)
         path[n] = path[n - 1] + step * velocity
@@ -186,7 +186,7 @@ def _sole_points(local: np.ndarray, leg_scale: float) -> np.ndarray:
 
 
 def _on_ground(motion: BodyMotion) -> BodyMotion:
-    """Return the clip at the height at which every suit's clip enters the project: retargeting finds its ground like this."""
+    """Return the clip with its feet on the ground, as retargeting puts every real suit's clip there."""
     lift = -np.percentile(lowest_points(*body_poses(motion)).min(axis=-1), _GROUND_PERCENTILE)
     return replace(motion, root_position=motion.root_position + np.array([0.0, 0.0, lift]))
 

@@ -171,7 +171,7 @@ def _standing(root: np.ndarray, local: np.ndarray, noise: SuitNoise, rng: np.ran
 
 def _low_pass(bandwidth: float) -> np.ndarray:
     """Return a filter for signals at 100 Hz that, run to and fro, halves the amplitude at ``bandwidth`` [Hz]."""
-    return butter(2, bandwidth, fs=SENSOR_RATE, output="sos")
+    return np.asarray(butter(2, bandwidth, fs=SENSOR_RATE, output="sos"))
 
 
 def _second_difference(positions: np.ndarray) -> np.ndarray:

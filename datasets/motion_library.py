@@ -2,15 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
 from typing import NamedTuple, Self
 
 import numpy as np
 
 from datasets.body_state import BodyState
-from datasets.humanoid import SKELETON, hinge_angles
+from datasets.humanoid import BODY_COUNT, HINGE_COUNT, SKELETON, hinge_angles
 from datasets.kinematics import angular_velocity, body_poses, centre_of_mass, linear_velocity, lowest_points
 from datasets.motion import BodyMotion
-from datasets.rotation import Array, cross, heading, to_matrix
+from datasets.rotation import Array, heading, skew, to_matrix
 
 # Where three hinges in series come near gimbal lock their speeds have no bound; no human joint turns faster than this.
 MAX_HINGE_SPEED = 20.0  # rad/s
@@ -38,6 +40,25 @@ class Reference(NamedTuple):
     truth_root: Array
 
 
+_ALL, _JOINTS = (BODY_COUNT,), (BODY_COUNT - 1,)
+_SHAPES = {  # of one frame's parts, in the order of BodyState and Reference
+    "pos": (*_ALL, 3),
+    "rot": (*_ALL, 3, 3),
+    "lin_vel": (*_ALL, 3),
+    "ang_vel": (*_ALL, 3),
+    "com": (3,),
+    "com_vel": (3,),
+    "axis_vel": (*_ALL, 3, 3),
+    "local_rot": (*_JOINTS, 3, 3),
+    "facing": (2,),
+    "hinges": (HINGE_COUNT,),
+    "hinge_vel": (HINGE_COUNT,),
+    "truth_root": (3,),
+}
+_ENDS = np.cumsum([0, *(np.prod(shape) for shape in _SHAPES.values())]).tolist()
+_COLUMNS = [slice(begin, end) for begin, end in pairwise(_ENDS)]  # of each part in the table
+
+
 @dataclass(frozen=True)
 class ClipInfo:
     """What is known of a clip beside its frames."""
@@ -56,7 +77,8 @@ class MotionLibrary:
 
     Attributes:
         clips: What is known of each clip.
-        frames: All frames of all clips, as one ``Reference`` of F rows.
+        table: All frames of all clips, everything of a frame in one row, so that a look-up touches memory once for each
+            world, shape (F, W).
         start_pose: Generalised positions to start from: root position, lifted out of the ground, and rotation, then
             the hinges, shape (F, 50).
         start_vel: Generalised velocities: root linear in the world and angular in the body, then hinges, shape (F, 49).
@@ -64,7 +86,7 @@ class MotionLibrary:
     """
 
     clips: tuple[ClipInfo, ...]
-    frames: Reference
+    table: np.ndarray
     start_pose: np.ndarray
     start_vel: np.ndarray
     fps: float
@@ -98,15 +120,16 @@ class MotionLibrary:
         """Rebuild a library from what ``arrays`` gave, frozen."""
         for array in arrays.values():
             array.setflags(write=False)
-        body = BodyState(*(arrays[name] for name in BodyState._fields))
-        frames = Reference(body, *(arrays[name] for name in Reference._fields[1:]))
-        return cls(clips, frames, arrays["start_pose"], arrays["start_vel"], fps)
+        return cls(clips, arrays["table"], arrays["start_pose"], arrays["start_vel"], fps)
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Return the packed arrays by name, to store or share them."""
-        named = {**self.frames.body._asdict(), **self.frames._asdict()}
-        del named["body"]
-        return {**named, "start_pose": self.start_pose, "start_vel": self.start_vel}
+        return {"table": self.table, "start_pose": self.start_pose, "start_vel": self.start_vel}
+
+    @cached_property
+    def frames(self) -> Reference:
+        """All frames as one ``Reference`` of F rows."""
+        return _reference(self.table)
 
     def select(self, wanted: Sequence[bool]) -> Self:
         """Return a library of the clips that are wanted, one answer for each; the library itself if all are."""
@@ -124,8 +147,14 @@ class MotionLibrary:
 
     def at(self, rows: np.ndarray) -> Reference:
         """Return the reference at the given rows of the library, shape (N,)."""
-        frames = self.frames
-        return Reference(BodyState(*(array[rows] for array in frames.body)), *(array[rows] for array in frames[1:]))
+        return _reference(self.table[rows])
+
+
+def _reference(table: Array) -> Reference:
+    """Return the parts of table rows (N, W), as views of them."""
+    parts = [table[:, columns].reshape(-1, *shape) for columns, shape in zip(_COLUMNS, _SHAPES.values(), strict=True)]
+    bodies = len(BodyState._fields)
+    return Reference(BodyState(*parts[:bodies]), *parts[bodies:])
 
 
 def _pack(motion: BodyMotion, truth: BodyMotion) -> dict[str, np.ndarray]:
@@ -142,7 +171,7 @@ def _pack(motion: BodyMotion, truth: BodyMotion) -> dict[str, np.ndarray]:
     lift = np.maximum(-lowest_points(pos, quat).min(axis=1), 0.0)
     root = motion.root_position + np.stack([0 * lift, 0 * lift, lift], axis=1)
     root_spin = np.einsum("tij,ti->tj", rot[:, 0], ang_vel[:, 0])
-    packed = {
+    parts = {
         "pos": pos,
         "rot": rot,
         "lin_vel": lin_vel,
@@ -155,6 +184,9 @@ def _pack(motion: BodyMotion, truth: BodyMotion) -> dict[str, np.ndarray]:
         "hinges": hinges,
         "hinge_vel": hinge_vel,
         "truth_root": truth.root_position,
+    }
+    packed = {
+        "table": np.concat([parts[name].reshape(len(motion), -1) for name in _SHAPES], axis=1),
         "start_pose": np.concat([root, quat[:, 0], hinges], axis=1),
         "start_vel": np.concat([lin_vel[:, 0], root_spin, hinge_vel], axis=1),
     }
@@ -171,5 +203,4 @@ def axis_velocity(ang_vel: Array, rot: Array) -> Array:
     Returns:
         Velocities as columns, shape (..., 3, 3).
     """
-    columns = rot.swapaxes(-1, -2)
-    return cross(ang_vel[..., None, :], columns).swapaxes(-1, -2)
+    return skew(ang_vel) @ rot

@@ -22,7 +22,7 @@ class Style:
         lean: Of the trunk, forward [rad].
         slump: Of the chest over the spine [rad].
         twist: Yaw of the pelvis at a stride of 1.4 m [rad].
-        crouch: Share of the leg's length that is never used.
+        crouch: Share of the leg's length that is never used; without it knees would lock.
         left_handed: Whether the left arm gestures first.
     """
 
@@ -58,6 +58,6 @@ def draw_style(name: str, rng: np.random.Generator) -> Style:
         lean=degrees(rng.uniform(-2.0, 2.0)),
         slump=degrees(rng.uniform(0.0, 8.0)),
         twist=degrees(rng.uniform(4.0, 9.0)),
-        crouch=rng.uniform(0.004, 0.010),
+        crouch=rng.uniform(0.010, 0.017),
         left_handed=bool(rng.uniform() < 0.3),
     )

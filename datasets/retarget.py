@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from datasets.calibration import HINGED, TORSO, Calibration, World, calibrate, from_axes, scale_of, unit_vector
-from datasets.capture import Capture
-from datasets.humanoid import BODIES, FEET, NAMES, SKELETON
+from datasets.calibration import HINGED, Calibration, World, calibrate, from_axes, unit_vector
+from datasets.capture import Capture, leg_length
+from datasets.humanoid import BODIES, FEET, LEG_LENGTH, NAMES, SKELETON
 from datasets.kinematics import body_poses, lowest_points
 from datasets.motion import BodyMotion
 from datasets.rotation import about_axis, conjugate, cross, heading, multiply, rotate
@@ -71,7 +71,7 @@ def retarget(capture: Capture) -> Retargeted:
     """
     skeleton = capture.motion.skeleton
     positions, rotations = forward_kinematics(skeleton.parents, capture.motion.local_positions, capture.motion.local_rotations)
-    scale = scale_of(capture, positions)
+    scale = LEG_LENGTH / leg_length(positions, capture.roles)
     world = World(
         {body: scale * positions[:, joint] for body, joint in capture.roles.items()},
         {body: rotations[:, joint] for body, joint in capture.roles.items()},
@@ -84,7 +84,7 @@ def retarget(capture: Capture) -> Retargeted:
     local[:, 0] = multiply(turn, local[:, 0])
     motion = BodyMotion(root, _continuous(local), capture.motion.fps, capture.motion.name)
     lift = -_ground(motion, calibration.stands)
-    motion = _bend_toes(replace(motion, root_position=root + (0.0, 0.0, lift)))
+    motion = _bend_toes(replace(motion, root_position=root + np.array([0.0, 0.0, lift])))
     return Retargeted(motion, capture, calibration, scale, origin, yaw, lift)
 
 

@@ -17,6 +17,32 @@ def namespace(x: Array) -> ModuleType:
     return np if isinstance(x, np.ndarray) else sys.modules["torch"]
 
 
+class Constant:
+    """Numbers that shared maths needs as an array of its caller's kind: NumPy's, or torch's on some device."""
+
+    def __init__(self, values: Any) -> None:  # noqa: ANN401 (whatever NumPy takes)
+        """Hold ``values`` in single precision."""
+        self._values = np.array(values, dtype=np.float32)
+        self._tensors: dict[tuple[Any, Any], Array] = {}
+
+    def like(self, x: Array) -> Array:
+        """Return the numbers for a calculation with ``x``; a tensor is made once for each device and type."""
+        if isinstance(x, np.ndarray):
+            return self._values
+        key = (x.device, x.dtype)
+        if key not in self._tensors:
+            self._tensors[key] = namespace(x).tensor(self._values, device=x.device, dtype=x.dtype)
+        return self._tensors[key]
+
+
+_SKEW = Constant([[0, 0, 0, 0, 0, -1, 0, 1, 0], [0, 0, 1, 0, 0, 0, -1, 0, 0], [0, -1, 0, 1, 0, 0, 0, 0, 0]])
+
+
+def skew(v: Array) -> Array:
+    """Return the matrices (..., 3, 3) whose products with vectors are the cross products of ``v`` (..., 3) with them."""
+    return (v @ _SKEW.like(v)).reshape(*v.shape[:-1], 3, 3)
+
+
 def multiply(a: Array, b: Array) -> Array:
     """Return the Hamilton product: first rotate by ``b``, then by ``a``.
 

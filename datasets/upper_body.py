@@ -1,13 +1,14 @@
 """Trunk, arms and head of synthetic motion: swinging with the gait, gesturing, balancing a bend of the knees."""
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from datasets.curves import keyframes, smooth_noise, smoothed, smoother_step
 from datasets.footsteps import FeetTrack
-from datasets.gait import Path, running
-from datasets.humanoid import LEG_LENGTH
+from datasets.gait import Path
+from datasets.humanoid import BODY_COUNT, LEG_LENGTH, NAMES
 from datasets.performer import Style
-from datasets.whole_body import FPS, REACH, Carriage, joint, no_angles
+from datasets.whole_body import Carriage
 
 STRIDE = 0.7  # m, between the ankles at a stride of 1.4 m, to which a style's amplitudes belong
 
@@ -15,52 +16,17 @@ STRIDE = 0.7  # m, between the ankles at a stride of 1.4 m, to which a style's a
 GESTURES = {
     name: np.deg2rad(angles)
     for name, angles in {
-        "wave": (85.0, 15.0, -85.0, 95.0),
+        "wave": (80.0, 20.0, -85.0, 95.0),
         "point": (70.0, 50.0, -20.0, 12.0),
-        "reach up": (140.0, 35.0, -60.0, 25.0),
+        "reach up": (135.0, 35.0, -60.0, 25.0),
         "explain": (22.0, 25.0, -15.0, 85.0),
-        "raise hand": (35.0, 35.0, -45.0, 120.0),
+        "raise hand": (35.0, 35.0, -45.0, 115.0),
         "spread": (65.0, 10.0, -50.0, 25.0),
     }.items()
 }
-BEAT = {"wave": np.deg2rad((0.0, 0.0, 22.0, 14.0)), "explain": np.deg2rad((0.0, 5.0, 10.0, 15.0))}  # swung at BEAT_RATE
+BOTH_ARMS = ("explain", "spread")
+BEAT = {"wave": np.deg2rad((0.0, 0.0, 22.0, 14.0)), "explain": np.deg2rad((0.0, 5.0, 10.0, 15.0))}  # at BEAT_RATE on top
 BEAT_RATE = 1.6  # Hz
-
-
-def _hanging(style: Style) -> np.ndarray:
-    return np.array([style.abduction, np.deg2rad(4.0), np.deg2rad(15.0), style.elbow])
-
-
-def _upper(arms: tuple[np.ndarray, np.ndarray], trunk: np.ndarray, slump: float) -> np.ndarray:
-    """Return the local rotations of the 20 bodies, wxyz (T, 20, 4), those of trunk and arms set.
-
-    Args:
-        arms: Left and right: elevation, swing, turn and elbow [rad], shape (T, 4) each.
-        trunk: Yaw, pitch and roll of the chest over the pelvis [rad], shared by spine and chest, shape (T, 3).
-        slump: How much the chest is rounded forward while the spine leans back [rad].
-    """
-    local = np.zeros((len(trunk), BODY_COUNT, 4))
-    local[..., 0] = 1.0
-    for name, rounded in (("spine", -0.5 * slump), ("chest", slump)):
-        local[:, NAMES.index(name)] = _rotations("ZYX", 0.5 * trunk + np.array([0.0, rounded, 0.0]))
-    for name, sign, arm in (("l", 1.0, arms[0]), ("r", -1.0, arms[1])):
-        elevation, swing, turn, elbow = arm.T
-        shrug = smoother_step((elevation - np.deg2rad(60.0)) / np.deg2rad(90.0)) * np.deg2rad(20.0)  # the collar follows a high arm
-        shoulder = np.stack([sign * (elevation - shrug - 0.5 * np.pi), -sign * swing, turn], axis=1)
-        local[:, NAMES.index(f"collar_{name}")] = _rotations("X", sign * shrug[:, None])
-        local[:, NAMES.index(f"upper_arm_{name}")] = _rotations("XZY", shoulder)
-        local[:, NAMES.index(f"forearm_{name}")] = _rotations("Z", -sign * elbow[:, None])
-    return local
-
-
-def _rotations(axes: str, angles: np.ndarray) -> np.ndarray:
-    """Return rotations wxyz (T, 4) by ``angles`` (T, axes) about the axes of the body, one after the other."""
-    return Rotation.from_euler(axes, angles).as_quat(scalar_first=True)
-
-
-def _carriage(style: Style, pelvis: np.ndarray, upper: np.ndarray, head: np.ndarray) -> Carriage:
-    none = np.zeros(len(pelvis))
-    return Carriage(pelvis, upper, head, none + np.inf, LEG_LENGTH * min(1.0 - style.crouch, REACH), none, none)
 
 
 def walking_carriage(path: Path, feet: FeetTrack, style: Style, rng: np.random.Generator) -> Carriage:
@@ -72,64 +38,58 @@ def walking_carriage(path: Path, feet: FeetTrack, style: Style, rng: np.random.G
     t, noise = path.t, smooth_noise(path.t, rng, 6, 1.5)
     forward = np.stack([np.cos(path.heading), np.sin(path.heading)], axis=1)
     ahead = smoothed(np.einsum("ta,ta->t", feet.ankle[:, 0, :2] - feet.ankle[:, 1, :2], forward), 3.0) / STRIDE
-    late = smoothed(np.interp(t - 0.04, t, ahead), 3.0)
-    run = smoothed(running(path.speed), 15.0)
+    run = smoothed(path.running(t), 10.0)
     moving = smoothed(np.minimum(path.speed / 1.3, 1.0), 10.0)
     load = smoothed(feet.planted[:, 0] * 1.0 - feet.planted[:, 1], 4.5)  # +1 on the left foot alone
     yaw = style.twist * (1.0 - 0.3 * run) * ahead
     roll = np.deg2rad(3.0) * moving * load
     pitch = np.deg2rad(3.0) * moving + np.deg2rad(4.0) * run
-    angles = no_angles(len(t))
     lean = style.lean + np.deg2rad(5.0) * run + np.deg2rad(1.0) * noise[:, 0]
-    _set_trunk(angles, 2.0 * yaw, -0.9 * roll, lean - pitch, style.slump)
-    for side, sign in ((0, 1.0), (1, -1.0)):
-        swing = -sign * late * style.arm_swing * (1.0 + 0.15 * run)
-        elbow = style.elbow + run * (np.deg2rad(85.0) - style.elbow) + 0.5 * swing
-        arm = _hanging(style) + np.stack([0.1 * run + 0.02 * noise[:, 1], swing + 0.03 * noise[:, 2 + side], 0.35 * run, 0.0 * t], axis=1)
-        arm[:, 3] = elbow
-        _set_arm(angles, side, arm)
     coming = np.interp(t + 0.35, t, path.heading)
     head = np.stack([coming + 0.06 * noise[:, 4], np.deg2rad(4.0) + 0.03 * noise[:, 5], 0.0 * t], axis=1)
-    return _carriage(style, np.stack([path.heading - yaw, pitch, roll], axis=1), angles, head)
+    upper = _upper(_swinging(t, ahead, run, noise, style), np.stack([2.0 * yaw, lean - pitch, -0.9 * roll], axis=1), style.slump)
+    return _carriage(style, np.stack([path.heading - yaw, pitch, roll], axis=1), upper, head)
+
+
+def _swinging(t: np.ndarray, ahead: np.ndarray, run: np.ndarray, noise: np.ndarray, style: Style) -> np.ndarray:
+    """Return both arms (2, T, 4), swinging a little after the left foot's lead ``ahead`` (T,), elbows bent to ``run`` (T,)."""
+    late = smoothed(np.interp(t - 0.04, t, ahead), 3.0)
+    arms = np.empty((2, len(t), 4))
+    for side, sign in ((0, 1.0), (1, -1.0)):
+        swing = -sign * late * style.arm_swing * (1.0 - 0.2 * run)
+        bend = run * (np.deg2rad(85.0) - style.elbow) + 0.5 * swing
+        away = 0.25 * run + 0.02 * noise[:, 1]
+        arms[side] = _hanging(style) + np.stack([away, swing + 0.03 * noise[:, 2 + side], 0.25 * run, bend], axis=1)
+    return arms
 
 
 def standing_carriage(t: np.ndarray, sway: np.ndarray, style: Style, rng: np.random.Generator) -> Carriage:
     """Return the carriage of a person who stands, shifts the weight by ``sway`` (T,), looks around and gestures."""
-    noise, angles = smooth_noise(t, rng, 6, 3.0), no_angles(len(t))
-    arms = _gesturing(t, style, rng)
+    noise, arms = smooth_noise(t, rng, 6, 3.0), _gesturing(t, style, rng)
     busy = arms[1, :, 0] - arms[0, :, 0]  # the trunk turns and leans away from a raised arm
     roll, yaw = 0.1 * sway, np.deg2rad(3.0) * noise[:, 0]
-    _set_trunk(angles, 0.6 * yaw + 0.08 * busy, -0.9 * roll + 0.05 * busy, style.lean + 0.02 * noise[:, 1], style.slump)
-    for side in (0, 1):
-        _set_arm(angles, side, arms[side] + 0.03 * noise[:, 2 + side : 3 + side])
+    trunk = np.stack([0.6 * yaw + 0.08 * busy, style.lean + 0.02 * noise[:, 1], 0.05 * busy - 0.9 * roll], axis=1)
     head = np.stack([yaw + 0.25 * noise[:, 4] - 0.15 * busy, 0.05 + 0.06 * noise[:, 5], 0.0 * t], axis=1)
-    return _carriage(style, np.stack([yaw, 0.0 * t, roll], axis=1), angles, smoothed(head, 6.0))
+    upper = _upper(arms + 0.03 * noise[:, 2:4].T[..., None], trunk, style.slump)
+    return _carriage(style, np.stack([yaw, 0.0 * t, roll], axis=1), upper, smoothed(head, 6.0))
 
 
 def _gesturing(t: np.ndarray, style: Style, rng: np.random.Generator) -> np.ndarray:
     """Return both arms (2, T, 4): gestures in random order, some with both arms, beats on top of waving and explaining."""
-    rest = _hanging(style)
-    times, keys = [0.0, 0.4], [[rest, rest], [rest, rest]]
-    beat = np.zeros((2, len(t), 4))
-    now, names = 0.4, list(rng.permutation(list(GESTURES)))
-    while now + 2.6 < t[-1] and names:
-        name = str(names.pop())
-        reach, hold = rng.uniform(0.7, 1.0), rng.uniform(0.5, 1.4)
-        arms = [0, 1] if name in ("explain", "spread") else [0 if style.left_handed ^ (rng.uniform() < 0.25) else 1]
-        pose = [GESTURES[name] if side in arms else rest for side in (0, 1)]
-        times += [now + reach, now + reach + hold]
-        keys += [pose, pose]
-        fade = smoother_step((t - now - 0.7 * reach) / 0.4) * smoother_step((now + reach + hold + 0.1 - t) / 0.4)
-        for side in arms:
-            beat[side] += (fade * np.sin(2.0 * np.pi * BEAT_RATE * (t - now)))[:, None] * BEAT.get(name, np.zeros(4))
-        now += reach + hold
-        if rng.uniform() < 0.6:
-            now += rng.uniform(0.7, 1.0)
-            times, keys = [*times, now, now + 0.3], [*keys, [rest, rest], [rest, rest]]
-            now += 0.3
-    times, keys = [*times, now + 0.9], [*keys, [rest, rest]]
-    arms = keyframes(t, np.array(times), np.array(keys))
-    return np.moveaxis(arms, 1, 0) + beat
+    rest = np.array([_hanging(style)] * 2)
+    times, keys, beat = [0.0, 0.4], [rest, rest], np.zeros((2, len(t), 4))
+    for name in rng.permutation(list(GESTURES)):
+        begin, reach, hold, back = times[-1], rng.uniform(0.8, 1.1), rng.uniform(0.5, 1.4), rng.uniform(0.8, 1.1)
+        if begin + reach + hold + back + 0.4 > t[-1]:
+            break
+        sides = [0, 1] if name in BOTH_ARMS else [int(style.left_handed == (rng.uniform() < 0.25))]
+        pose = rest.copy()
+        pose[sides] = GESTURES[str(name)]
+        times += [begin + reach, begin + reach + hold, begin + reach + hold + back, begin + reach + hold + back + 0.2]
+        keys += [pose, pose, rest, rest]
+        fade = smoother_step((t - begin - 0.6 * reach) / 0.4) * smoother_step((begin + reach + hold + 0.2 - t) / 0.4)
+        beat[sides] += (fade * np.sin(2.0 * np.pi * BEAT_RATE * (t - begin)))[:, None] * BEAT.get(str(name), np.zeros(4))
+    return np.moveaxis(keyframes(t, np.array(times), np.array(keys)), 1, 0) + beat
 
 
 def bending_carriage(t: np.ndarray, depth: np.ndarray, lean: float, arms: float, style: Style, rng: np.random.Generator) -> Carriage:
@@ -137,22 +97,51 @@ def bending_carriage(t: np.ndarray, depth: np.ndarray, lean: float, arms: float,
 
     Args:
         t: Times [s], shape (T,).
-        depth: How deep, 0 standing, 1 thighs about level, shape (T,).
+        depth: How deep, 0 standing, 1 deepest, shape (T,).
         lean: Of the chest forward at depth 1 [rad].
         arms: How far the arms swing forward to balance at depth 1 [rad].
         style: Who bends.
         rng: Of the small movements.
     """
-    noise, angles = smooth_noise(t, rng, 4, 3.0), no_angles(len(t))
-    tilt = 0.55 * lean * depth
-    _set_trunk(angles, 0.03 * noise[:, 0], 0.0 * t, style.lean + 0.45 * lean * depth, style.slump)
-    for side in (0, 1):
-        ahead = np.stack([0.0 * t, arms * depth, 0.2 * depth, 0.4 * depth], axis=1)
-        _set_arm(angles, side, _hanging(style) + ahead + 0.02 * noise[:, 1 + side : 2 + side])
+    noise = smooth_noise(t, rng, 4, 3.0)
+    ahead = np.stack([0.0 * t, arms * depth, -0.3 * depth, 0.2 * depth], axis=1)
+    both = _hanging(style) + ahead + 0.02 * noise[:, 1:3].T[..., None]
+    trunk = np.stack([0.03 * noise[:, 0], style.lean + 0.45 * lean * depth, 0.0 * t], axis=1)
     head = np.stack([0.1 * noise[:, 3], 0.05 + 0.25 * lean * depth, 0.0 * t], axis=1)
-    return _carriage(style, np.stack([0.0 * t, tilt, 0.0 * t], axis=1), angles, head)
+    return _carriage(style, np.stack([0.0 * t, 0.55 * lean * depth, 0.0 * t], axis=1), _upper(both, trunk, style.slump), head)
 
 
-def seconds(duration: float) -> np.ndarray:
-    """Return the times of the frames of a clip [s]."""
-    return np.arange(round(duration * FPS)) / FPS
+def _carriage(style: Style, pelvis: np.ndarray, upper: np.ndarray, head: np.ndarray) -> Carriage:
+    none = np.zeros(len(pelvis))
+    return Carriage(pelvis, upper, head, none + np.inf, LEG_LENGTH * (1.0 - style.crouch), none, none)
+
+
+def _hanging(style: Style) -> np.ndarray:
+    return np.array([style.abduction, np.deg2rad(4.0), np.deg2rad(15.0), style.elbow])
+
+
+def _upper(arms: np.ndarray, trunk: np.ndarray, slump: float) -> np.ndarray:
+    """Return the local rotations of the 20 bodies, wxyz (T, 20, 4), those of trunk and arms set.
+
+    Args:
+        arms: Left and right: elevation, swing, turn and elbow [rad], shape (2, T, 4).
+        trunk: Yaw, pitch and roll of the chest over the pelvis [rad], shared by spine and chest, shape (T, 3).
+        slump: How much the chest is rounded forward while the spine leans back [rad].
+    """
+    local = np.zeros((len(trunk), BODY_COUNT, 4))
+    local[..., 0] = 1.0
+    for name, rounded in (("spine", -0.5 * slump), ("chest", slump)):
+        local[:, NAMES.index(name)] = _rotations("ZYX", 0.5 * trunk + np.array([0.0, rounded, 0.0]))
+    for name, sign, arm in (("l", 1.0, arms[0]), ("r", -1.0, arms[1])):
+        elevation, swing, turn, elbow = arm.T
+        shrug = np.deg2rad(20.0) * smoother_step((elevation - np.deg2rad(60.0)) / np.deg2rad(90.0))  # the collar follows a high arm
+        shoulder = np.stack([sign * (elevation - shrug - 0.5 * np.pi), -sign * swing, turn], axis=1)
+        local[:, NAMES.index(f"collar_{name}")] = _rotations("X", sign * shrug[:, None])
+        local[:, NAMES.index(f"upper_arm_{name}")] = _rotations("XZY", shoulder)
+        local[:, NAMES.index(f"forearm_{name}")] = _rotations("Z", -sign * elbow[:, None])
+    return local
+
+
+def _rotations(axes: str, angles: np.ndarray) -> np.ndarray:
+    """Return rotations wxyz (T, 4) by ``angles`` (T, axes) about the axes of the body, one after the other."""
+    return Rotation.from_euler(axes, angles).as_quat(scalar_first=True)

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from datasets.balance import GRAVITY, balanced_path, reachable_height, tipping_cure
-from datasets.curves import smooth_below, smoothed
+from datasets.curves import smooth_below
 from datasets.footsteps import FeetTrack
 from datasets.humanoid import HEAD, NAMES, SKELETON
 from datasets.kinematics import centre_of_mass
@@ -15,7 +15,6 @@ from datasets.rotation import about_axis, conjugate, multiply, rotate
 from datasets.skeleton import forward_kinematics
 
 FPS = 60.0
-REACH = 0.992  # of the leg's length, so that a knee is never locked
 ROUNDS = 4  # of moving the pelvis until the centre of mass is where it should be; the third already moves it by < 1 mm
 _Y = np.array([0.0, 1.0, 0.0])
 
@@ -88,15 +87,12 @@ def _hip_offset(root_rotation: np.ndarray, side: int) -> np.ndarray:
 
 def _height(root: np.ndarray, root_rotation: np.ndarray, feet: FeetTrack, carriage: Carriage) -> np.ndarray:
     """Return the pelvis' height (T,) [m]: as high as the legs allow, smoothed; flying where the body flies."""
-    reach = np.min(
-        [reachable_height(_hip_offset(root_rotation, s), root[:, :2], feet.ankle[:, s], carriage.leg) for s in (0, 1)], axis=0
-    )
-    walking = smooth_below(np.minimum(reach, carriage.height), 4.5)
+    reach = np.min([reachable_height(_hip_offset(root_rotation, s), root[:, :2], feet.ankle[:, s], carriage.leg) for s in (0, 1)], axis=0)
+    walking = smooth_below(np.minimum(reach, carriage.height), 5.0)
     if not carriage.flying.any():
         return walking
     flying = carriage.bounce + smooth_below(reach - carriage.bounce, 10.0)
-    blend = smoothed(carriage.flying, 6.0)
-    return walking + blend * (flying - walking)
+    return walking + carriage.flying * (flying - walking)
 
 
 def _legs(local: np.ndarray, root: np.ndarray, root_rotation: np.ndarray, feet: FeetTrack) -> None:
@@ -114,5 +110,3 @@ def _legs(local: np.ndarray, root: np.ndarray, root_rotation: np.ndarray, feet: 
         sole = from_yaw_pitch_roll(np.stack([feet.yaw[:, side], feet.pitch[:, side], 0.0 * flexion], axis=1))
         local[:, foot] = multiply(conjugate(multiply(thigh_w, local[:, shin])), sole)
         local[:, toe] = about_axis(_Y, feet.toe_bend[:, side])
-
-

@@ -26,7 +26,10 @@ class StartSampler:
         self.clip = np.repeat(np.arange(len(usable)), counts)
         self.first = np.concat([BIN_FRAMES * np.arange(count) for count in counts])  # frame within the clip
         self.width = np.minimum(BIN_FRAMES, np.array(usable)[self.clip] - self.first)
-        self._offset = np.cumsum([0, *counts[:-1]])
+        ends = np.cumsum(counts)
+        self._offset = ends - counts
+        # Row k: of each bin the one that comes k bins later, or the last of its clip.
+        self._ahead = np.minimum(np.arange(ends[-1]) + np.arange(AHEAD)[:, None], ends[self.clip] - 1)
         weights = np.ones(len(usable)) if clip_weights is None else clip_weights / usable
         prior = self.width * weights[self.clip]
         self.prior = prior / prior.sum()
@@ -38,16 +41,13 @@ class StartSampler:
 
     def probabilities(self) -> np.ndarray:
         """Return how likely each bin is to be drawn, shape (bins,)."""
-        ahead = np.zeros_like(self.failure_rate)
-        for shift in range(AHEAD):
-            same_clip = self.clip[shift:] == self.clip[: len(self.clip) - shift]
-            ahead[: len(same_clip)] = np.maximum(ahead[: len(same_clip)], same_clip * self.failure_rate[shift:])
-        hard = self.prior * (ahead + 1e-3)
+        hard = self.prior * (self.failure_rate[self._ahead].max(axis=0) + 1e-3)
         return UNIFORM_SHARE * self.prior + (1.0 - UNIFORM_SHARE) * hard / hard.sum()
 
     def draw(self, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         """Return ``count`` starts as clips (count,) and frames within them (count,)."""
-        bins = rng.choice(len(self.clip), size=count, p=self.probabilities())
+        below = np.cumsum(self.probabilities())
+        bins = np.searchsorted(below / below[-1], rng.random(count), side="right")
         return self.clip[bins], self.first[bins] + rng.integers(0, self.width[bins])
 
     def record(self, clip: np.ndarray, start: np.ndarray, end: np.ndarray, failed: np.ndarray) -> None:

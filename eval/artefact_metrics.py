@@ -68,13 +68,13 @@ def foot_skate(motion: BodyMotion, truth: BodyMotion | None = None) -> float:
     """
     contacts = foot_contacts(_judge(motion, truth))
     standing = contacts[1:] & contacts[:-1]
-    return 100.0 * float(_sole_speeds(motion)[standing].mean()) if standing.any() else 0.0
+    return 100.0 * float(sole_speeds(motion)[standing].mean()) if standing.any() else 0.0
 
 
 def skating_ratio(motion: BodyMotion) -> float:
     """Return the share of frames in which a foot is below 5 cm in two adjacent frames and faster than 0.5 m/s. Source: GMD."""
     low = _foot_heights(motion) < SKATE_HEIGHT
-    skating = low[1:] & low[:-1] & (_sole_speeds(motion) > SKATE_SPEED)
+    skating = low[1:] & low[:-1] & (sole_speeds(motion) > SKATE_SPEED)
     return float(skating.any(axis=1).mean()) if len(skating) else 0.0
 
 
@@ -192,7 +192,7 @@ def _sole_points(motion: BodyMotion) -> np.ndarray:
     return np.stack(sides, axis=1)
 
 
-def _sole_speeds(motion: BodyMotion) -> np.ndarray:
+def sole_speeds(motion: BodyMotion) -> np.ndarray:
     """Return the horizontal speed [m/s] of the point of each foot that is lowest in the later of two frames, shape (T - 1, 2)."""
     points = _sole_points(motion)
     lowest = points[1:, :, :, 2].argmin(axis=2)[:, :, None, None]

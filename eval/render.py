@@ -33,6 +33,7 @@ GHOST_ALPHA = 0.40
 _VIEW = np.radians(145.0)  # camera's direction from the figure's heading: seen from the front and its left
 _ELEVATION = -9.0  # deg, MuJoCo's unit
 _HORIZON = [0.93, 0.95, 0.97]  # colour of the sky's rim
+_LIGHT_DISTANCE = 4.0  # m, from the camera's target
 _FOLLOW_SECONDS = 0.5  # the camera's path is the reference's, smoothed over this
 _EYE_HEIGHT = 0.85  # m, of the point that the camera looks at
 _PROBE = """
@@ -65,6 +66,13 @@ class Camera(NamedTuple):
     def right(self) -> np.ndarray:
         """Return the horizontal unit vector to the picture's right, shape (3,)."""
         return np.array([np.sin(self.azimuth), -np.cos(self.azimuth), 0.0])
+
+    @property
+    def light(self) -> np.ndarray:
+        """Return the direction of the light, shape (3,): from behind the photographer, steeply down."""
+        ahead = np.array([np.cos(self.azimuth), np.sin(self.azimuth), 0.0])
+        direction = 0.5 * ahead + 0.25 * self.right - np.array([0.0, 0.0, 1.0])
+        return direction / np.linalg.norm(direction)
 
 
 def poses(motion: BodyMotion) -> np.ndarray:
@@ -155,7 +163,8 @@ class Stage:
             mujoco.mj_comPos(self._model, self._data)
             if count == 0:  # ground, light and camera come with the first figure
                 mujoco.mj_camlight(self._model, self._data)
-                self._data.light_xpos[:] = camera.target  # the middle of the volume in which a directional light casts shadows
+                self._data.light_xdir[:] = camera.light
+                self._data.light_xpos[:] = camera.target - _LIGHT_DISTANCE * camera.light
                 self._renderer.update_scene(self._data, view)
                 first = next(i for i in range(scene.ngeom) if scene.geoms[i].type != mujoco.mjtGeom.mjGEOM_PLANE)
             else:

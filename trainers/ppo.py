@@ -1,69 +1,23 @@
 """Trains a mimicking policy: ``python -m trainers.ppo --config configs/mixed.yaml [key.sub=value ...] [--resume]``."""
 
 import argparse
-import signal
 import sys
 import time
-from collections import deque
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from itertools import count
 from pathlib import Path
-from types import FrameType
-from typing import Any
-
-import numpy as np
 
 from configs.errors import InputError
 from configs.load import load_config, save_config
-from envs.episode_metrics import TRACKING_METRICS
 from trainers.checkpoint import load_newest, save_checkpoint
-from trainers.motions import PreparedMotions, prepare_motions
-from trainers.play import play, protocol, zero_residual
+from trainers.model_selection import ModelSelection
+from trainers.motions import prepare_motions
 from trainers.ppo_config import PpoConfig
 from trainers.ppo_learner import PpoLearner
-from trainers.rollout import Rollout
+from trainers.progress import Clock, Stop
 from trainers.rollout_pool import RolloutPool
 from trainers.run_log import RunLog, commit_of_code, make_console
-
-EVALUATED_OFFSETS = 5  # during training each 5th of the protocol's 20 starts is played
-
-
-@dataclass(frozen=True)
-class Clock:
-    """How far a run has come.
-
-    Attributes:
-        iteration: Rollouts and updates so far.
-        samples: Control steps so far.
-        seconds: Time spent training, interruptions left out.
-        best: Best ``episode_length_ratio`` on the held-out performer so far.
-    """
-
-    iteration: int = 0
-    samples: int = 0
-    seconds: float = 0.0
-    best: float = -1.0
-
-    def progress(self, config: PpoConfig) -> float:
-        """Return the share of the training that is done, by samples or by the clock, whichever is further."""
-        by_clock = self.seconds / (60.0 * config.minutes) if config.minutes else 0.0
-        return min(max(self.samples / config.samples, by_clock), 1.0)
-
-
-class Stop:
-    """Becomes true when the user or the system asks the run to end: the iteration is finished and saved first."""
-
-    def __init__(self) -> None:
-        """Listen to Ctrl-C and SIGTERM."""
-        self.asked = False
-        for name in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(name, self._ask)
-
-    def _ask(self, number: int, frame: FrameType | None) -> None:
-        if self.asked:  # asked twice: at once
-            raise KeyboardInterrupt
-        self.asked = True
 
 
 def train(config: PpoConfig, resume: bool) -> Path:
@@ -79,29 +33,26 @@ def train(config: PpoConfig, resume: bool) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     save_config(config, folder / "config.yaml")
     learner = PpoLearner(config)
-    log = RunLog(folder, console)
-    recent: deque[dict[str, np.ndarray]] = deque(maxlen=20)
-    with RolloutPool(config, motions.training, motions.weights) as pool:
+    selection = ModelSelection(config, motions, folder)
+    with RunLog(folder, console, config) as log, RolloutPool(config, motions.training, motions.weights) as pool:
         clock = _resume(folder, learner, pool, log) if resume else Clock()
-        _introduce(config, motions, log)
+        log.say(f"{len(motions.training.clips)} training clips; held out: {motions.held_out}; code {commit_of_code()}")
+        log.score("zero residual", 0, selection.zero_residual())
         while clock.progress(config) < 1.0 and not stop.asked:
             begin, progress = time.monotonic(), clock.progress(config)
             rollouts = pool.collect(learner.weights(), learner.sigma(progress))
             collected = time.monotonic()
             diagnostics = learner.update(rollouts, progress)
-            samples = sum(rollout.samples for rollout in rollouts)
             spent = time.monotonic() - begin
+            samples = sum(rollout.samples for rollout in rollouts)
             clock = replace(clock, iteration=clock.iteration + 1, samples=clock.samples + samples, seconds=clock.seconds + spent)
-            recent.append({name: np.concat([r.episodes[name] for r in rollouts]) for name in TRACKING_METRICS})
-            speeds = {"total": samples / spent, "collect": samples / (collected - begin)}
-            _log_iteration(log, config, clock, rollouts, diagnostics, recent, speeds)
+            log.iteration(clock, rollouts, diagnostics, {"total": samples / spent, "collect": samples / (collected - begin)})
             finished = clock.progress(config) >= 1.0 or stop.asked
-            if clock.iteration % config.evaluate_every == 0 or finished:
-                clock = _evaluate(config, learner, motions, folder, clock, log)
-            if clock.iteration % config.checkpoint_every == 0 or finished:
+            if finished or clock.iteration % config.evaluate_every == 0:
+                clock = _evaluate(selection, learner, clock, log)
+            if finished or clock.iteration % config.checkpoint_every == 0:
                 _save(folder, learner, pool, clock)
-    log.say(f"stopped and saved; go on with --resume: {folder}" if stop.asked else f"done: {folder}/best/policy.safetensors")
-    log.close()
+        log.say(f"stopped and saved; go on with --resume: {folder}" if stop.asked else f"done: {folder}/best/policy.safetensors")
     return folder
 
 
@@ -113,9 +64,21 @@ def move_aside(folder: Path, say: Callable[[str], None]) -> None:
         say(f"an earlier run was moved to {aside}")
 
 
+def _evaluate(selection: ModelSelection, learner: PpoLearner, clock: Clock, log: RunLog) -> Clock:
+    """Score the policy on the held-out clips and keep it if it is the best so far."""
+    begin = time.monotonic()
+    score = selection.score(learner.policy.act)
+    better = score["episode_length_ratio"] > clock.best
+    log.score("held out" + (", best" if better else ""), clock.samples, score)
+    clock = replace(clock, best=max(score["episode_length_ratio"], clock.best), seconds=clock.seconds + time.monotonic() - begin)
+    if better:
+        selection.keep(learner.policy, score, clock)
+    return clock
+
+
 def _resume(folder: Path, learner: PpoLearner, pool: RolloutPool, log: RunLog) -> Clock:
     newest = load_newest(folder / "checkpoints")
-    assert newest is not None  # open_folder looked
+    assert newest is not None  # train looked
     tree, path = newest
     learner.set_state(tree["learner"])
     pool.set_state(tree["actors"])
@@ -127,73 +90,6 @@ def _resume(folder: Path, learner: PpoLearner, pool: RolloutPool, log: RunLog) -
 def _save(folder: Path, learner: PpoLearner, pool: RolloutPool, clock: Clock) -> None:
     tree = {"learner": learner.get_state(), "actors": pool.get_state(), "clock": asdict(clock)}
     save_checkpoint(folder / "checkpoints", clock.iteration, tree)
-
-
-def _introduce(config: PpoConfig, motions: PreparedMotions, log: RunLog) -> None:
-    clips, held = len(motions.training.clips), motions.held_out
-    log.say(f"{clips} training clips; held out for model selection: {held}; code {commit_of_code()}")
-    rollouts, _ = protocol(motions.holdout, EVALUATED_OFFSETS)
-    if len(rollouts.clip):
-        zero = play(zero_residual(config.task), motions.holdout, config.task, rollouts, config.collect.threads)
-        log.say(f"zero residual on the held-out clips: episode_length_ratio {zero['episode_length_ratio'].mean():.3f}")
-
-
-def _log_iteration(
-    log: RunLog,
-    config: PpoConfig,
-    clock: Clock,
-    rollouts: list[Rollout],
-    diagnostics: dict[str, float],
-    recent: deque[dict[str, np.ndarray]],
-    speeds: dict[str, float],
-) -> None:
-    metrics = {}
-    for name in TRACKING_METRICS:
-        values = np.concat([one[name] for one in recent])
-        if len(values):
-            metrics[name] = float(values.mean())
-    values = {f"training/{name}": value for name, value in metrics.items()}
-    values |= {name: float(np.mean([r.reward_terms[name] for r in rollouts])) for name in rollouts[0].reward_terms}
-    values["reward/total"] = float(np.mean([r.rewards.mean() for r in rollouts]))
-    values |= {f"learner/{name}": value for name, value in diagnostics.items()}
-    values |= {f"speed/{name}_steps_per_s": value for name, value in speeds.items()}
-    values["physics/failures"] = float(sum(r.physics_failures for r in rollouts))
-    log.numbers(clock.samples, values)
-    done = clock.progress(config)
-    left = clock.seconds * (1.0 / done - 1.0)
-    log.progress(done, clock.samples, speeds["total"], left, {name: metrics[name] for name in list(metrics)[:4]})
-
-
-def _evaluate(config: PpoConfig, learner: PpoLearner, motions: PreparedMotions, folder: Path, clock: Clock, log: RunLog) -> Clock:
-    """Play the held-out performer's clips and keep the policy if it is the best so far."""
-    begin = time.monotonic()
-    rollouts, _ = protocol(motions.holdout, EVALUATED_OFFSETS)
-    if not len(rollouts.clip):
-        rollouts, _ = protocol(motions.training, EVALUATED_OFFSETS)
-    found = play(learner.policy.act, motions.holdout, config.task, rollouts, config.collect.threads)
-    means = {name: float(values.mean()) for name, values in found.items()}
-    log.numbers(clock.samples, {f"holdout/{name}": value for name, value in means.items()})
-    score = means["episode_length_ratio"]
-    better = score > clock.best
-    shown = "  ".join(f"{name} {value:.3f}" for name, value in means.items())
-    log.say(f"held out at {clock.samples / 1e6:.2f} M:   {shown}{'   (best)' if better else ''}")
-    if better:
-        (folder / "best").mkdir(exist_ok=True)
-        learner.policy.save(folder / "best" / "policy.safetensors", _card(config, motions, clock, means))
-    return replace(clock, best=max(score, clock.best), seconds=clock.seconds + time.monotonic() - begin)
-
-
-def _card(config: PpoConfig, motions: PreparedMotions, clock: Clock, metrics: dict[str, float]) -> dict[str, Any]:
-    return {
-        "task": asdict(config.task),
-        "motions": config.data.motions,
-        "clips": sorted({clip.name for clip in motions.training.clips}),
-        "held_out": motions.held_out,
-        "holdout_metrics": metrics,
-        "samples": clock.samples,
-        "hours": clock.seconds / 3600.0,
-        "code": commit_of_code(),
-    }
 
 
 def main(arguments: list[str] | None = None) -> int:

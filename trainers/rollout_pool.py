@@ -2,7 +2,7 @@
 
 import logging
 import os
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import torch
@@ -44,7 +44,7 @@ class RolloutPool:
         clips, arrays, fps, weights = shared
         stored = ray.put(arrays)
         remote = ray.remote(num_cpus=config.collect.threads)(RolloutActor)
-        self._actors = [remote.remote(config, i, clips, stored, fps, weights) for i in range(config.collect.actors)]
+        self._actors: list[Any] = [remote.remote(config, i, clips, stored, fps, weights) for i in range(config.collect.actors)]
         ray.get([actor.get_state.remote() for actor in self._actors[:1]])  # raise what building it raised
 
     def collect(self, weights: dict[str, torch.Tensor], sigma: float) -> list[Rollout]:
@@ -68,7 +68,7 @@ class RolloutPool:
             return
         self._ray.get([actor.set_state.remote(states[str(i)]) for i, actor in enumerate(self._actors) if str(i) in states])
 
-    def __enter__(self) -> "RolloutPool":
+    def __enter__(self) -> Self:
         """Return the pool."""
         return self
 

@@ -1,0 +1,77 @@
+"""Plays the evaluation protocol on clips and measures what the agent made of them, telling its progress."""
+
+from dataclasses import dataclass
+
+from rich.console import Console
+
+from datasets.motion import BodyMotion
+from datasets.motion_library import MotionLibrary
+from envs.mimic_spec import FRAMES_PER_STEP
+from eval.performance import Comparison, Performance, compare, perform, weighted_mean
+from eval.run import Run
+from eval.tracking import ClipTracking, track
+from trainers.play import OFFSETS, WORLDS, Rollouts, protocol
+
+
+@dataclass(frozen=True)
+class Track:
+    """All that was found on clips of one kind: as recorded, or through a suit.
+
+    Attributes:
+        clips: The clips.
+        tracking: Their metrics.
+        performances: One of each window, from its first frame.
+        artefacts: Before and after, by name of the clip; without the clips that the agent lost at once.
+        compared: Share of the windows' frames in which the agent survived, which is where artefacts are compared [ratio].
+    """
+
+    clips: list[BodyMotion]
+    tracking: list[ClipTracking]
+    performances: list[Performance]
+    artefacts: dict[str, dict[str, dict[str, float]]]
+    compared: float
+
+
+def examine(run: Run, clips: list[BodyMotion], truths: dict[str, BodyMotion], threads: int, console: Console, label: str) -> Track:
+    """Play the protocol on clips, tell each result in a line, and measure artefacts.
+
+    Args:
+        run: With the policy.
+        clips: To play, possibly none.
+        truths: By name of a clip, the clean one behind it.
+        threads: Native threads.
+        console: To tell progress.
+        label: What the clips are, for people.
+    """
+    if not clips:
+        return Track([], [], [], {}, 0.0)
+    library = MotionLibrary.of(clips, truths)
+    found: list[ClipTracking] = []
+    with console.status("") as status:
+        playing = track(run.policy.act, library, run.spec, threads, bool(truths))
+        for number, clip in enumerate(library.clips, start=1):
+            status.update(f"{label}: playing {clip.name}, {len(clips) - number + 1} left")
+            one = next(playing)
+            found.append(one)
+            mean, zero = (metrics["episode_length_ratio"].mean() for metrics in (one.policy, one.zero))
+            console.print(f"{label} {number}/{len(clips)} {clip.name}: episode_length_ratio {mean:.3f} (zero residual {zero:.3f})")
+        status.update(f"{label}: measuring artefacts")
+        performances = _perform_windows(run, library, threads)
+        compared = [(one.clip, compare(one, clips[one.clip], truths.get(clips[one.clip].name))) for one in performances]
+    by_name: dict[str, list[Comparison]] = {}
+    for index, comparison in compared:
+        if comparison is not None:
+            by_name.setdefault(clips[index].name, []).append(comparison)
+    frames = sum(c.frames for cs in by_name.values() for c in cs)
+    whole = sum(FRAMES_PER_STEP * (len(one.poses) - 1) + 1 for one in performances)
+    return Track(clips, found, performances, {name: weighted_mean(cs) for name, cs in by_name.items()}, frames / whole)
+
+
+def _perform_windows(run: Run, library: MotionLibrary, threads: int) -> list[Performance]:
+    """Return one performance of each window, from its first frame."""
+    rollouts, _ = protocol(library, every=OFFSETS)
+    done: list[Performance] = []
+    for start in range(0, len(rollouts.clip), WORLDS):
+        part = Rollouts(*(column[start : start + WORLDS] for column in rollouts))
+        done += perform(run.policy.act, library, run.spec, part, threads)
+    return done

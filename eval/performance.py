@@ -1,0 +1,126 @@
+"""What the humanoid did, pose by pose: one performance of a clip as a clip of its own, and its artefacts beside the reference's."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from gymnasium.vector import AutoresetMode
+
+from datasets.humanoid import local_rotations
+from datasets.kinematics import resample
+from datasets.motion import BodyMotion
+from datasets.motion_library import MotionLibrary
+from datasets.rotation import normalise
+from envs.mimic_spec import FPS, FRAMES_PER_STEP, MimicSpec
+from envs.vector_env import AdaptMimicVectorEnv
+from eval.artefact_metrics import artefacts
+from trainers.play import Act, Rollouts
+
+SHORTEST_POSES = 4  # of a performance; from less, speeds and jitter say nothing
+
+
+class Performance(NamedTuple):
+    """One rollout, pose by pose, each ``FRAMES_PER_STEP`` frames of the reference after the one before.
+
+    Attributes:
+        clip: Index in the library.
+        frame: Frame of the clip at the first pose.
+        poses: Generalised positions, to the reference's end even where the episode ended sooner, shape (S, 50).
+        survived: How many of the poses were before the episode's early end; all S of them if there was none.
+    """
+
+    clip: int
+    frame: int
+    poses: np.ndarray
+    survived: int
+
+
+class Comparison(NamedTuple):
+    """Artefacts of the reference and of its performance, over the frames in which the agent survived."""
+
+    before: dict[str, float]
+    after: dict[str, float]
+    frames: int  # compared
+    reference_frames: int  # of the whole window
+
+
+def perform(act: Act, library: MotionLibrary, spec: MimicSpec, rollouts: Rollouts, threads: int) -> list[Performance]:
+    """Return what a deterministic policy does in rollouts, all played at once.
+
+    Args:
+        act: The policy.
+        library: Clips.
+        spec: Variant of the task that the policy was trained for.
+        rollouts: Where to begin and how long to go on, R of them.
+        threads: Native threads.
+    """
+    count = len(rollouts.clip)
+    env = AdaptMimicVectorEnv(library, count, spec, threads, AutoresetMode.DISABLED)
+    observation, _ = env.reset(options={"clip": rollouts.clip, "frame": rollouts.frame, "frames": rollouts.frames})
+    steps = rollouts.frames // FRAMES_PER_STEP
+    poses, survived = [env.physics.poses()], steps + 1
+    for step in range(1, int(steps.max()) + 1):
+        observation, _, terminated, _, info = env.step(act(observation))
+        survived = np.where(terminated, np.minimum(survived, step), survived)
+        now = env.physics.poses()
+        exploded = info["physics_failed"] | ~np.isfinite(now).all(axis=1)
+        poses.append(np.where(exploded[:, None], poses[-1], now))
+    together = np.stack(poses, axis=1)
+    return [
+        Performance(int(rollouts.clip[r]), int(rollouts.frame[r]), together[r, : steps[r] + 1], int(min(survived[r], steps[r] + 1)))
+        for r in range(count)
+    ]
+
+
+def as_motion(poses: np.ndarray, like: BodyMotion) -> BodyMotion:
+    """Return poses (S, 50), one each control step, as a clip at 60 fps that is credited like another."""
+    rotations = local_rotations(normalise(poses[:, 3:7]), poses[:, 7:])
+    return resample(replace(like, root_position=poses[:, :3], local_rotations=rotations, fps=FPS / FRAMES_PER_STEP), FPS)
+
+
+def compare(performance: Performance, reference: BodyMotion, truth: BodyMotion | None) -> Comparison | None:
+    """Return the artefacts before and after of one performance.
+
+    Args:
+        performance: Of the reference.
+        reference: The whole clip that was performed.
+        truth: The whole clean clip behind it, where it is known.
+
+    Returns:
+        Artefacts of the same frames of both; None if the agent survived too few of them.
+    """
+    if performance.survived < SHORTEST_POSES:
+        return None
+    first = performance.frame
+    last = first + FRAMES_PER_STEP * (performance.survived - 1) + 1
+    original = reference.cut(first, last)
+    clean = None if truth is None else _anchored(truth.cut(first, last), original)
+    agent = as_motion(performance.poses[: performance.survived], reference)
+    whole = FRAMES_PER_STEP * (len(performance.poses) - 1) + 1
+    return Comparison(artefacts(original, clean), artefacts(agent, clean, original), last - first, whole)
+
+
+def _anchored(truth: BodyMotion, reference: BodyMotion) -> BodyMotion:
+    """Return the truth moved over the ground to where the reference begins: the policy cannot know of a drift before."""
+    offset = (reference.root_position[0] - truth.root_position[0]) * (1.0, 1.0, 0.0)
+    return replace(truth, root_position=truth.root_position + offset)
+
+
+def weighted_mean(comparisons: Iterable[Comparison]) -> dict[str, dict[str, float]]:
+    """Return the artefacts before and after of a clip: the mean over its windows, by frames compared."""
+    parts = list(comparisons)
+    total = sum(part.frames for part in parts)
+    return {
+        side: {name: sum(part.frames * getattr(part, side)[name] for part in parts) / total for name in getattr(parts[0], side)}
+        for side in ("before", "after")
+    }
+
+
+def mean_over_clips(clips: Iterable[dict[str, dict[str, float]]]) -> dict[str, dict[str, float]]:
+    """Return the mean of the clips' artefacts before and after, each clip counting once; empty without clips."""
+    parts = list(clips)
+    return {
+        side: {name: float(np.mean([part[side][name] for part in parts])) for name in parts[0][side]} if parts else {}
+        for side in ("before", "after")
+    }

@@ -1,0 +1,96 @@
+"""Evaluates a trained policy: ``python -m eval.report --run runs/mixed --out DIR [--motions PATH ...]``."""
+
+import argparse
+import json
+import os
+import sys
+import time
+from pathlib import Path
+
+import torch
+from rich.console import Console
+
+from configs.errors import InputError
+from eval.examine import examine
+from eval.films import Video, film
+from eval.render import INSTALL_HINT
+from eval.report_data import make_report
+from eval.report_page import make_page
+from eval.report_plots import by_clip, survival, training
+from eval.run import Run, load_run
+from eval.tested_clips import TestedClips, choose_clips
+from eval.tracking import summarise
+from eval.training_curves import read_curves
+from trainers.run_log import make_console
+
+
+def notices_of(run: Run, tested: TestedClips, videos: list[Video]) -> list[str]:
+    """Return what a reader must know before the numbers."""
+    notices = []
+    for by in sorted(set(tested.seen.values())):
+        count = sum(value == by for value in tested.seen.values())
+        notices.append(f"{count} of {len(tested.recorded)} clips were seen in {by}, or their performer was: no test of generalisation.")
+    if not tested.suited:
+        notices.append("No clip is free of suit errors, so none was put through a simulated suit.")
+    if not videos:
+        notices.append(INSTALL_HINT[0].upper() + INSTALL_HINT[1:] + ".")
+    return [*notices, *tested.notes]
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a file whole or not at all."""
+    temporary = path.with_name(path.name + ".tmp")
+    temporary.write_text(text, encoding="utf-8")
+    temporary.replace(path)
+
+
+def evaluate(run: Run, out: Path, motions: list[str] | None, console: Console) -> None:
+    """Evaluate a run and write ``report.json`` and ``index.html`` into ``out``."""
+    begin = time.monotonic()
+    threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    torch.set_num_threads(threads)
+    tested = choose_clips(run.config.data, run.card, motions, console.print)
+    recorded = examine(run, tested.recorded, {}, threads, console, "as recorded")
+    suited = examine(run, tested.suited, tested.truths, threads, console, "through a suit")
+    videos = film(recorded, console)
+    report = make_report(run, tested, recorded, suited, time.monotonic() - begin)
+    figures = {"survival": survival(recorded.tracking, suited.tracking), "by_clip": by_clip(report["clips"])}
+    page = make_page(report, figures, training(read_curves(run.folder)), videos, notices_of(run, tested, videos))
+    text = json.dumps(report, indent=1, allow_nan=False)
+    out.mkdir(parents=True, exist_ok=True)
+    write_whole(out / "report.json", text + "\n")
+    write_whole(out / "index.html", page)
+    means = summarise(one.policy for one in recorded.tracking)
+    console.print("   ".join(f"{name} {value['mean']:.3f} ± {value['std']:.3f}" for name, value in means.items()))
+    console.print(f"report: {out / 'index.html'} and {out / 'report.json'}, {time.monotonic() - begin:.0f} s")
+
+
+def _check_out(out: Path) -> None:
+    """Raise before the work if the report could not be written after it."""
+    there = next(path for path in (out, *out.absolute().parents) if path.exists())
+    if not there.is_dir() or not os.access(there, os.W_OK):
+        raise InputError(f"--out {out}: {there} is no folder that can be written to")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line; return the exit code."""
+    parser = argparse.ArgumentParser(prog="python -m eval.report", description="Evaluate a trained policy on clips.")
+    parser.add_argument("--run", type=Path, required=True, help="a run's folder, such as runs/mixed")
+    parser.add_argument("--out", type=Path, required=True, help="folder for report.json and index.html")
+    parser.add_argument(
+        "--motions", nargs="+", action="extend", help="BVH files, folders of them, or 'synthetic'; the held-out clips by default"
+    )
+    options = parser.parse_args(arguments)
+    try:
+        _check_out(options.out)
+        evaluate(load_run(options.run), options.out, options.motions, make_console())
+    except InputError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

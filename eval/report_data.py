@@ -1,0 +1,66 @@
+"""Everything that ``report.json`` holds."""
+
+from collections.abc import Callable
+from dataclasses import asdict
+from typing import Any
+
+from datasets.motion_library import ClipInfo
+from envs.mimic_spec import FPS
+from eval.examine import Track
+from eval.performance import mean_over_clips
+from eval.run import Run
+from eval.tested_clips import TestedClips
+from eval.tracking import blocks, grouped
+from trainers.run_log import commit_of_code
+
+
+def make_report(run: Run, tested: TestedClips, recorded: Track, suited: Track, seconds: float) -> dict[str, Any]:
+    """Return what ``report.json`` holds: the keys that DESIGN fixes, then what a reader wants beside them."""
+
+    def group(key: Callable[[ClipInfo], str]) -> dict[str, Any]:
+        return {
+            name: {"clips": len(plain), "rollouts": sum(len(one.policy["sr90"]) for one in plain), **blocks(plain, through)}
+            for name, (plain, through) in grouped(recorded.tracking, suited.tracking, key).items()
+        }
+
+    means = blocks(recorded.tracking, suited.tracking)
+    return {
+        "tracking": means.pop("tracking"),
+        "artefacts": mean_over_clips(recorded.artefacts.values()),
+        "clips": _clip_rows(tested, recorded, suited),
+        "config": asdict(run.config),
+        **means,
+        "artefacts_suit": mean_over_clips(suited.artefacts.values()),
+        "by_kind": group(lambda clip: clip.kind),
+        "by_performer": group(lambda clip: clip.performer),
+        "left_out": [{"name": name, "reason": reason} for name, reason in tested.left_out.items()],
+        "seen": tested.seen,
+        "notes": tested.notes,
+        "evaluation": {
+            "run": str(run.folder),
+            "motions": tested.source,
+            "windows": sum(one.windows for one in recorded.tracking),
+            "rollouts": sum(len(one.policy["sr90"]) for one in recorded.tracking),
+            "artefact_frames_compared": recorded.compared,
+            "artefact_frames_compared_suit": suited.compared,
+            "code": commit_of_code(),
+            "seconds": round(seconds, 1),
+        },
+        "policy": {name: run.card[name] for name in ("motions", "held_out", "samples", "hours", "code")},
+    }
+
+
+def _clip_rows(tested: TestedClips, recorded: Track, suited: Track) -> list[dict[str, Any]]:
+    """Return what was found on each clip."""
+    by_truth = {tested.truths[one.clip.name].name: one for one in suited.tracking}
+    rows = []
+    for one in recorded.tracking:
+        clip, through = one.clip, by_truth.get(one.clip.name)
+        rows.append({
+            "name": clip.name, "performer": clip.performer, "kind": clip.kind, "system": clip.system,
+            "seconds": clip.frames / FPS, "windows": one.windows, "rollouts": len(one.policy["sr90"]),
+            "seen": tested.seen.get(clip.name, ""), **blocks([one], [through] if through else []),
+            "artefacts": recorded.artefacts.get(clip.name),
+            "artefacts_suit": suited.artefacts.get(through.clip.name) if through else None,
+        })  # fmt: skip
+    return rows

@@ -1,0 +1,92 @@
+"""Puts a report's numbers, plots and videos onto one page that needs no network."""
+
+import base64
+import json
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+from omegaconf import OmegaConf
+from plotly.offline import get_plotlyjs
+
+from eval.films import Video
+
+
+class Metric(NamedTuple):
+    """How a metric is printed and read."""
+
+    unit: str
+    decimals: int
+    better: str
+    text: str
+
+
+TRACKING = {
+    "episode_length_ratio": Metric("ratio", 3, "higher", "how much of the reference the agent lasts"),
+    "sr90": Metric("ratio", 3, "higher", "share of rollouts that last at least 0.9 of it"),
+    "max_reward_ratio": Metric("ratio", 3, "higher", "reward gathered, of the most possible"),
+    "root_mse": Metric("m²", 4, "lower", "squared distance of the root from the reference's, while it lasts"),
+    "root_mse_truth": Metric("m²", 4, "lower", "the same from the clean clip behind the faulty one"),
+}
+ARTEFACTS = {
+    "foot_skate": Metric("cm/s", 2, "lower", "horizontal speed of feet in contact"),
+    "skating_ratio": Metric("ratio", 3, "lower", "frames with a low foot faster than 0.5 m/s"),
+    "floating": Metric("mm", 2, "lower", "height of the lowest point above the ground"),
+    "ground_penetration": Metric("mm", 2, "lower", "depth of the lowest point under the ground"),
+    "self_penetration": Metric("ratio", 3, "lower", "frames with limbs through each other"),
+    "self_penetration_depth": Metric("mm", 2, "lower", "how deep"),
+    "jitter": Metric("km/s³", 3, "lower", "third difference of the joints' positions"),
+    "imbalance": Metric("ratio", 3, "lower", "contact frames with the centre of mass beside the feet"),
+    "deviation_local": Metric("mm", 1, "lower", "how far joints were moved, roots aligned"),
+    "deviation_world": Metric("mm", 1, "lower", "how far joints were moved, in the world"),
+    "truth_error_local": Metric("mm", 1, "lower", "distance to the clean clip, roots aligned"),
+    "truth_error_world": Metric("mm", 1, "lower", "distance to the clean clip, in the world"),
+}
+
+
+def make_page(report: dict[str, Any], figures: dict[str, Any], training: list[Any], videos: list[Video], notices: list[str]) -> str:
+    """Return the page as HTML.
+
+    Args:
+        report: What ``report.json`` holds.
+        figures: Plots by name: ``survival`` and ``by_clip``.
+        training: Plots of the training as (heading, how to read it, figure).
+        videos: Films, possibly none.
+        notices: What a reader must know before the numbers.
+    """
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters |= {"spread": _spread, "number": _number, "figure": _figure, "video": _video}
+    return environment.get_template("report.html.j2").render(
+        report=report,
+        figures=figures,
+        training=training,
+        videos=videos,
+        notices=notices,
+        tracking_metrics=TRACKING,
+        artefact_metrics=ARTEFACTS,
+        config_yaml=OmegaConf.to_yaml(OmegaConf.create(report["config"])),
+        plotly_js=Markup(get_plotlyjs()),
+    )
+
+
+def _number(value: float | None, decimals: int) -> str:
+    """Return a number with so many decimals and a true minus; a dash for none."""
+    return "–" if value is None else f"{value:.{decimals}f}".replace("-", "−")  # noqa: RUF001 (typography)
+
+
+def _spread(summary: dict[str, float] | None, decimals: int) -> str:
+    """Return mean ± standard deviation; a dash for none."""
+    return "–" if not summary else f"{_number(summary['mean'], decimals)} ± {_number(summary['std'], decimals)}"  # noqa: RUF001
+
+
+def _figure(figure: dict[str, Any]) -> Markup:
+    """Return a figure as JSON that is safe inside a script."""
+    return Markup(json.dumps(figure, allow_nan=False).replace("<", "\\u003c"))
+
+
+def _video(mp4: bytes) -> str:
+    """Return a video as the address that holds it whole."""
+    return "data:video/mp4;base64," + base64.b64encode(mp4).decode()

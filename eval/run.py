@@ -1,0 +1,42 @@
+"""A training run as its folder holds it: the config, the policy that it kept, and that policy's card."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from agents.policy import Policy
+from configs.errors import InputError
+from configs.load import load_config
+from envs.mimic_spec import MimicSpec
+from trainers.ppo_config import PpoConfig
+
+
+@dataclass(frozen=True)
+class Run:
+    """A training run's folder, its config and the policy that it kept."""
+
+    folder: Path
+    config: PpoConfig
+    policy: Policy
+    card: dict[str, Any]
+    spec: MimicSpec
+
+
+def load_run(folder: Path) -> Run:
+    """Return a run.
+
+    Raises:
+        InputError: If there is none in ``folder``, or it holds no policy that fits this code.
+    """
+    if not folder.is_dir():
+        raise InputError(f"there is no run at {folder}; python -m trainers.ppo --config configs/mixed.yaml leaves one in runs/mixed")
+    policy, card = Policy.load(folder / "best" / "policy.safetensors")
+    config = load_config(PpoConfig, folder / "config.yaml")
+    spec = MimicSpec(**card["task"])
+    needed = (spec.observation_size, spec.action_size)
+    given = (policy.shape["observation_size"], policy.shape["action_size"])
+    if needed != given:
+        raise InputError(
+            f"the policy in {folder} maps {given[0]} numbers to {given[1]}, its task {needed[0]} to {needed[1]}; train it anew"
+        )
+    return Run(folder, config, policy, card, spec)

@@ -1,0 +1,133 @@
+"""Which clips a report is about: found, read, sorted out, and compared with those that training saw."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from configs.errors import InputError
+from datasets.motion import BodyMotion
+from datasets.roles import read_mapping
+from datasets.sources import FPS, SYNTHETIC, credit, find_files, load_clips, read_index
+from trainers.motions import LEFT_OUT_KINDS, wear_suits
+from trainers.play import SHORTEST
+from trainers.ppo_config import DataConfig
+
+OTHER_SEED = 1000  # added to a run's seed, so that synthetic performers are others than those it trained on
+FAULTY_SYSTEMS = ("imu", "imu_suit")  # their clips are no truth that a simulated suit could be compared with
+
+
+@dataclass(frozen=True)
+class TestedClips:
+    """What is evaluated.
+
+    Attributes:
+        source: Where the clips come from, for people.
+        recorded: Clips as recorded, at 60 fps, of unique names.
+        suited: What a simulated IMU suit makes of those that are no IMU recordings themselves.
+        truths: By name of a suited clip, the clip behind it.
+        left_out: By name of a clip that is not evaluated, why.
+        seen: By name of a recorded clip, "training" or "model selection" where that saw the clip or its performer.
+        notes: What else a reader should know.
+    """
+
+    source: str
+    recorded: list[BodyMotion]
+    suited: list[BodyMotion]
+    truths: dict[str, BodyMotion]
+    left_out: dict[str, str]
+    seen: dict[str, str]
+    notes: list[str]
+
+
+def choose_clips(config: DataConfig, card: dict[str, Any], motions: list[str] | None, say: Callable[[str], None]) -> TestedClips:
+    """Return the clips to evaluate a policy on.
+
+    Args:
+        config: Motion of the run.
+        card: Of its policy: ``clips`` names those trained on, ``held_out`` the performer of model selection.
+        motions: Motion sources that the user names. By default, performers that a run on synthetic motion never saw, or
+            else the clips of the performer that the run held out.
+        say: Told in a line what happens.
+
+    Raises:
+        InputError: If a source is bad, or nothing in it can be evaluated.
+    """
+    source, found = _find(config, card, motions, say)
+    left_out = {clip.name: reason for clip in found if (reason := _unfit(clip))}
+    recorded = [clip for clip in found if clip.name not in left_out]
+    if not recorded:
+        raise InputError(f"{source}: none of {len(found)} clips is on flat ground and at least {SHORTEST / FPS:g} s long")
+    suitable = [clip for clip in recorded if clip.system not in FAULTY_SYSTEMS]
+    say(f"{len(recorded)} clips, {sum(clip.seconds for clip in recorded) / 60:.1f} minutes; {len(left_out)} left out")
+    suited, truths = wear_suits(suitable, DataConfig())
+    performers = _training_performers(config, card)
+    notes = [] if performers is not None else ["The training clips are not at hand: clips were compared with them by name alone."]
+    seen = {clip.name: by for clip in recorded if (by := _seen_by(clip, card, performers or set()))}
+    return TestedClips(source, recorded, suited, truths, left_out, seen, notes)
+
+
+def _find(config: DataConfig, card: dict[str, Any], motions: list[str] | None, say: Callable[[str], None]) -> tuple[str, list[BodyMotion]]:
+    """Return the source of the clips in words, and the clips."""
+    seed = config.seed + OTHER_SEED
+    if motions is None and config.motions == SYNTHETIC:
+        return f"synthetic motion of seed {seed}", load_clips(SYNTHETIC, seed=seed)
+    if motions is None:
+        return f"{card['held_out']}, held out of {config.motions}", _read(_files_of(config, card["held_out"]), config, say)
+    files: dict[Path, Path] = {}  # by their true path, so that no file is read twice
+    for source in motions:
+        files |= {path.resolve(): path for path in find_files(source)} if source != SYNTHETIC else {}
+    clips = _read(list(files.values()), config, say)
+    if SYNTHETIC in motions:
+        clips += load_clips(SYNTHETIC, seed=seed)
+    return ", ".join(motions), clips
+
+
+def _files_of(config: DataConfig, performer: str) -> list[Path]:
+    """Return the files of a performer in the run's motion source."""
+    if performer == "none":
+        raise InputError("the run held no performer out; name the clips to evaluate on with --motions PATH ...")
+    paths = find_files(config.motions)
+    index = read_index(paths[0])
+    files = [path for path in paths if credit(path, index).performer == performer]
+    if not files:
+        raise InputError(f"{config.motions} has no clip of {performer}, whom the run held out; name other clips with --motions PATH ...")
+    return files
+
+
+def _read(files: list[Path], config: DataConfig, say: Callable[[str], None]) -> list[BodyMotion]:
+    """Return the clips of files, with the folder in front of names that are not unique."""
+    mapping = read_mapping(config.mapping) if config.mapping else None
+    stems = [file.stem for file in files]
+    clips = []
+    for number, file in enumerate(files, start=1):
+        say(f"reading {number}/{len(files)} {file}")
+        clip = load_clips(file, mapping)[0]
+        clips.append(clip if stems.count(file.stem) == 1 else replace(clip, name=str(file.with_suffix(""))))
+    return clips
+
+
+def _unfit(clip: BodyMotion) -> str:
+    """Return why a clip is not evaluated, "" if it is."""
+    if clip.kind in LEFT_OUT_KINDS:
+        return f"{clip.kind}: the simulated ground is flat"
+    return f"lasts {clip.seconds:.2f} s, under {SHORTEST / FPS:g} s" if len(clip) < SHORTEST else ""
+
+
+def _training_performers(config: DataConfig, card: dict[str, Any]) -> set[str] | None:
+    """Return the performers that a run trained on; None if that cannot be known, as its files are gone."""
+    if config.motions == SYNTHETIC:
+        return set()  # no file is theirs
+    try:
+        paths = find_files(config.motions)
+    except InputError:
+        return None
+    index = read_index(paths[0])
+    return {credit(path, index).performer for path in paths} - {card["held_out"]}
+
+
+def _seen_by(clip: BodyMotion, card: dict[str, Any], performers: set[str]) -> str:
+    """Return which part of the run saw a clip or its performer, "" if none did."""
+    if clip.name in card["clips"] or clip.performer in performers:
+        return "training"
+    return "model selection" if clip.performer == card["held_out"] else ""

@@ -1,0 +1,61 @@
+"""Which policy of a run is kept: the one that does best on a performer that never trains."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from agents.policy import Policy
+from trainers.motions import PreparedMotions
+from trainers.play import Act, play, protocol, zero_residual
+from trainers.ppo_config import PpoConfig
+from trainers.progress import Clock
+from trainers.run_log import commit_of_code
+
+EVERY_OFFSET = 5  # of the protocol's 20 starts each fifth is played: the score is read often
+
+
+class ModelSelection:
+    """Scores policies on the held-out clips and keeps the best in the run's folder."""
+
+    def __init__(self, config: PpoConfig, motions: PreparedMotions, folder: Path) -> None:
+        """Lay out the rollouts.
+
+        Args:
+            config: Of the run.
+            motions: Its training and held-out clips; where no held-out clip is long enough, training clips score.
+            folder: Of the run.
+        """
+        self._config, self._motions, self._file = config, motions, folder / "best" / "policy.safetensors"
+        self._library = motions.holdout
+        self._rollouts, _ = protocol(self._library, EVERY_OFFSET)
+        if not len(self._rollouts.clip):
+            self._library = motions.training
+            self._rollouts, _ = protocol(self._library, EVERY_OFFSET)
+
+    def score(self, act: Act) -> dict[str, float]:
+        """Return the mean tracking metrics of a deterministic policy."""
+        found = play(act, self._library, self._config.task, self._rollouts, self._config.collect.threads)
+        return {name: float(values.mean()) for name, values in found.items()}
+
+    def zero_residual(self) -> dict[str, float]:
+        """Return the score of correcting nothing."""
+        return self.score(zero_residual(self._config.task))
+
+    def keep(self, policy: Policy, score: dict[str, float], clock: Clock) -> None:
+        """Write a policy, with its card, as the run's best."""
+        self._file.parent.mkdir(exist_ok=True)
+        policy.save(self._file, self._card(score, clock))
+
+    def _card(self, score: dict[str, float], clock: Clock) -> dict[str, Any]:
+        training = self._motions.training.clips
+        return {
+            "task": asdict(self._config.task),
+            "motions": self._config.data.motions,
+            "clips": sorted({clip.name for clip in training}),
+            "performers": sorted({clip.performer for clip in training}),
+            "held_out": self._motions.held_out,
+            "holdout_metrics": score,
+            "samples": clock.samples,
+            "hours": clock.seconds / 3600.0,
+            "code": commit_of_code(),
+        }
