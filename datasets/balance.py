@@ -12,7 +12,7 @@ GRAVITY = 9.81  # m/s^2
 def balanced_path(pressure: np.ndarray, stiffness: np.ndarray, fps: float) -> np.ndarray:
     """Return the horizontal path of a point mass that the ground pushes from ``pressure`` without tipping it over.
 
-    Solves the inverted pendulum x'' = k (x - p) (Kajita et al. 2003, eq. 4, with k = (z'' + g) / z varying in time) as
+    Solves the inverted pendulum x'' = k (x - p) (Kajita et al. 2003, with k = (z'' + g) / z varying in time) as
     a boundary value problem, at rest over p at both ends. Of the two solutions, one of which runs away, that keeps the
     bounded one: the body leans before it moves, as people do.
 
@@ -71,7 +71,7 @@ def reachable_height(hip_offset: np.ndarray, pelvis: np.ndarray, ankle: np.ndarr
         leg: Length from hip to ankle [m].
 
     Returns:
-        Heights, shape (T,); where the ankle is too far away at any height, that of the nearest possible.
+        Heights, shape (T,); at least half a leg above the ankle, where it is too far away at any height.
     """
     away = np.sum((pelvis + hip_offset[:, :2] - ankle[:, :2]) ** 2, axis=-1)
     return ankle[:, 2] + np.sqrt(np.maximum(leg**2 - away, 0.25 * leg**2)) - hip_offset[:, 2]

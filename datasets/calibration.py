@@ -31,6 +31,7 @@ STANCE_SPEED = 0.25  # m/s
 STANCE_HEIGHT = 0.04  # m above the lower foot
 STANCE_SECONDS = 0.1  # fewer tell nothing of the sole
 MAX_SLOPE_DIFFERENCE = np.radians(15.0)  # of left and right foot; 10 is the most in 324 clips, 26 in the one on its toes
+MIN_TIP = 0.02  # m; a tip nearer than that to the ankle, seen from above, does not tell where the foot points
 SOLE_TILT = np.radians(20.0)  # a foot that stands at a greater angle to the usual stands on its toes or an edge
 _CUBE = np.array([
     matrix for order in permutations(range(3)) for signs in product((1.0, -1.0), repeat=3)
@@ -201,6 +202,8 @@ def _sole(side: str, flat: World, tip: np.ndarray) -> dict[str, np.ndarray]:
     usual = unit_vector(np.median(up, axis=0))
     near = up @ usual > np.cos(SOLE_TILT)
     z = unit_vector(up[near].mean(axis=0)) if near.any() else usual
+    if np.linalg.norm(cross(tip, z)) < MIN_TIP:
+        tip = rotate(conjugate(q), rotate(_body_frame(flat), np.broadcast_to((1.0, 0.0, 0.0), up.shape))).mean(axis=0)
     x = unit_vector(tip - (tip @ z) * z)
     frames = {foot: from_axes(x, cross(z, x), z)}
     if toe in flat.rotations:

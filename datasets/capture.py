@@ -2,6 +2,7 @@
 
 import os
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from datasets.skeleton import Skeleton, forward_kinematics
 UNITS: dict[str, float] = {"m": 1.0, "ft": 0.3048, "dm": 0.1, "CMU": 0.056444, "inch": 0.0254, "cm": 0.01, "mm": 0.001}  # metres
 AXES: dict[str, list[int]] = {"x": [1, 2, 0], "y": [2, 0, 1], "z": [0, 1, 2]}  # up in the file -> its axes that become x, y, z
 MAX_LEG_RATIO = 1.8  # a leg of 0.46 to 1.5 m passes for a human's
+MIN_BONE = 1e-3  # of the leg's length
 LEADING = 12  # frames at the start among which a T-pose and its smoothed tail are looked for
 
 
@@ -66,6 +68,7 @@ def capture(bvh: Bvh, name: str, mapping: Mapping | None = None) -> Capture:
     local_positions, local_rotations = local_pose(bvh)
     positions, _ = forward_kinematics(bvh.parents, local_positions, local_rotations)
     leg = leg_length(positions, roles)
+    _check_bones(bvh.names, positions, roles, leg)
     unit = mapping.unit or _find_unit(leg)
     up = mapping.up or _find_up(positions, roles, leg)
     axes, dropped = AXES[up], _leading_frames(positions, roles, leg)
@@ -84,6 +87,20 @@ def leg_length(positions: np.ndarray, roles: Roles) -> float:
     return float(np.median(bones, axis=0).mean())
 
 
+def _check_bones(names: tuple[str, ...], positions: np.ndarray, roles: Roles, leg: float) -> None:
+    """Raise InputError unless hips, and the ends of every bone of the limbs, are apart from each other."""
+    chains = [("thigh_l", "thigh_r")]
+    for side in "lr":
+        for chain in (("thigh", "shin", "foot"), ("upper_arm", "forearm", "hand")):
+            chains += [(f"{a}_{side}", f"{b}_{side}") for a, b in pairwise(chain)]
+    for a, b in chains:
+        if np.linalg.norm(positions[:, roles[a]] - positions[:, roles[b]], axis=-1).min() <= MIN_BONE * leg:
+            raise InputError(
+                f"joints '{names[roles[a]]}' and '{names[roles[b]]}', taken for {a} and {b}, are at the same place; "
+                "name the right joints in a mapping file"
+            )
+
+
 def _rate(frame_time: float) -> float:
     """Return the frame rate that a rounded frame time means: 0.0083333 s are 120 frames per second."""
     fps = 1.0 / frame_time
@@ -92,8 +109,6 @@ def _rate(frame_time: float) -> float:
 
 def _find_unit(leg: float) -> float:
     """Return the metres per unit of the file that make the leg most like a human's."""
-    if leg <= 0:
-        raise InputError("thighs and shins have no length, so no unit can be found; is this a human's skeleton?")
     unit = min(UNITS.values(), key=lambda metres: abs(np.log(metres * leg / LEG_LENGTH)))
     if abs(np.log(unit * leg / LEG_LENGTH)) > np.log(MAX_LEG_RATIO):
         raise InputError(

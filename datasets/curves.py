@@ -5,7 +5,7 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 
 def smoother_step(u: np.ndarray) -> np.ndarray:
-    """Return the minimum-jerk rise from 0 at ``u`` <= 0 to 1 at ``u`` >= 1 (Flash and Hogan 1985, eq. 3)."""
+    """Return the minimum-jerk rise from 0 at ``u`` <= 0 to 1 at ``u`` >= 1 (Flash and Hogan 1985)."""
     u = np.clip(u, 0.0, 1.0)
     return u**3 * (10.0 + u * (6.0 * u - 15.0))
 

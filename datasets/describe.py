@@ -22,7 +22,15 @@ from datasets.roles import OPTIONAL, read_mapping
 from datasets.sources import find_files
 
 # A joint that tells which program made a skeleton; the first that is there counts
-FAMILIES = {"LHipJoint": "CMU", "lButtock": "daz", "lbuttock": "MakeHuman", "joint_Root": "Bandai", "Chest4": "Xsens"}
+FAMILIES = {
+    "LHipJoint": "CMU",
+    "lButtock": "daz",
+    "lbuttock": "MakeHuman",
+    "joint_Root": "Bandai",
+    "Chest4": "Xsens",
+    "Spine3": "Perception Neuron",
+    "LeftInHandIndex": "Rokoko",
+}
 MIN_WIDTH = 200  # columns, where the output is no terminal
 CAPTION = """\
 scale: our leg length over the performer's. lift [cm]: put onto all heights so that standing feet are on the ground.

@@ -10,7 +10,7 @@ from datasets.humanoid import ANKLE_HEIGHT, BODIES, NAMES
 HEEL = float(BODIES[NAMES.index("foot_l")].shape.points[0][0])  # m, of the sole's rear edge before the ankle (negative)
 TOE_JOINT = BODIES[NAMES.index("toe_l")].offset  # m, from the ankle
 MIDFOOT = 0.045  # m before the ankle, where the pressure is in quiet standing
-SHIFT = 0.6  # s to load a foot out of quiet standing
+SHIFT = 0.5  # s to shift the weight from both feet to one, and back
 
 
 @dataclass(frozen=True)
@@ -43,6 +43,8 @@ class Step:
         roll_on: Pitch of the sole at landing [rad]: negative lands on the heel, positive on the ball.
         clearance: How high it is carried above the straight way [m].
         kick: Share of the swing at which the sole is steepest.
+        rise: Share of the swing that it takes to carry the foot up.
+        fall: Share of the swing that it takes to put it down.
     """
 
     side: int
@@ -52,7 +54,9 @@ class Step:
     roll_off: float
     roll_on: float
     clearance: float
-    kick: float = 0.08
+    kick: float = 0.2
+    rise: float = 0.35
+    fall: float = 0.65
 
 
 @dataclass(frozen=True)
@@ -113,17 +117,17 @@ def _pitch(t: np.ndarray, steps: list[Step]) -> np.ndarray:
 def _swing(t: np.ndarray, step: Step, start: Plant, pitch: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return ankle (T, 3), yaw (T,) and toe bend (T,) of one swing, leaving and meeting the ground at rest."""
     s = (t - step.lift) / (step.land - step.lift)
-    over = reach_profile(s, 0.4, 0.3)
+    over = reach_profile((s - 0.02) / 0.98, 0.4, 0.3)
     yaw = start.yaw + over * (step.plant.yaw - start.yaw)
     on_toe, on_heel = _over_toe(pitch), _over_heel(pitch) if step.roll_on <= 0 else _over_toe(pitch)
     leave = _placed(start, start.yaw, on_toe)
     ankle = leave + over[:, None] * (_placed(step.plant, step.plant.yaw, on_heel) - leave)
     ankle[:, 2] += (smoother_step((s - step.kick - 0.25) / 0.45) - over) * (on_heel - on_toe)[:, 2]  # change over while the sole is level
     ankle += _bend_of_way(over, start, step.plant)
-    rise = step.plant.z - start.z
-    climb = smoother_step(s / 0.6) if rise > 0 else smoother_step((s - 0.4) / 0.6) if rise < 0 else over
-    ankle[:, 2] += (climb - over) * rise
-    ankle[:, 2] += step.clearance * smoother_step(s / 0.35) * smoother_step((1.0 - s) / 0.65)
+    climb = step.plant.z - start.z
+    climbed = smoother_step(s / 0.6) if climb > 0 else smoother_step((s - 0.4) / 0.6) if climb < 0 else over
+    ankle[:, 2] += (climbed - over) * climb
+    ankle[:, 2] += step.clearance * smoother_step(s / step.rise) * smoother_step((1.0 - s) / step.fall)
     flat = 1.0 - smoother_step((s - 0.05) / 0.5) + (step.roll_on > 0) * smoother_step((s - 0.6) / 0.4)
     return ankle, yaw, -flat * np.maximum(pitch, 0.0)
 

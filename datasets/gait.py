@@ -10,8 +10,9 @@ from datasets.curves import smoothed, smoother_step
 from datasets.footsteps import MIDFOOT, Plant, Step
 from datasets.performer import Style
 
-# Against speed [m/s]: steps per second (Grieve and Gear 1966 for walking, Cavagna 1988 for running), and the share of a
-# step in which both feet are on the ground, negative where none is (Murray 1967, Nilsson 1985).
+# Against speed [m/s]: steps per second, and the share of a step in which both feet are on the ground, negative where none
+# is. Walking is rounded after Grieve and Gear (1966) and Murray (1967), running after Nilsson and Thorstensson (1989); the
+# slow ends, where people set off and stop, are chosen so that no step is longer than a leg allows.
 WALK_RATE = ((0.4, 0.7, 1.0, 1.4, 1.8), (1.55, 1.62, 1.80, 2.10, 2.30))
 WALK_OVERLAP = ((0.0, 0.7, 1.3, 1.8), (0.36, 0.32, 0.24, 0.17))
 RUN_RATE = ((0.3, 1.0, 1.6, 2.2, 3.0, 4.0), (1.80, 2.40, 2.65, 2.75, 2.85, 3.00))
@@ -121,6 +122,8 @@ def _step(side: int, lift: float, land: float, plant: Plant, stride: float, run:
         roll_on=float(np.deg2rad(walk_on + run * (-5.0 - walk_on))),
         clearance=0.08 + 0.09 * run,
         kick=0.2 + 0.1 * run,
+        rise=0.35 - 0.1 * run,
+        fall=0.65 - 0.3 * run,
     )
 
 

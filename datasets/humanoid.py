@@ -7,6 +7,7 @@ male), with the torso's share divided among spine, chest and collars.
 
 from dataclasses import dataclass
 from itertools import pairwise
+from warnings import catch_warnings
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -15,6 +16,7 @@ from datasets.rotation import about_axis, multiply
 from datasets.skeleton import Skeleton
 
 MASS = 72.0  # kg
+LOCKED = 1e-6  # cosine of a middle angle below which the outer two hinges of three turn about one axis
 ANKLE_HEIGHT = 0.08  # m, of the foot's origin above its sole
 
 
@@ -135,16 +137,24 @@ def hinge_angles(local_rotations: np.ndarray) -> np.ndarray:
             about = 1 + "xyz".index(body.hinges)
             angles[:, here] = np.unwrap(2.0 * np.arctan2(q[:, about], q[:, 0]))[:, None]
         elif len(body.hinges) == 3:
-            triple = Rotation.from_quat(q, scalar_first=True).as_euler(body.hinges.upper())
-            angles[:, here] = _continuous(triple)
+            with catch_warnings(action="ignore", category=UserWarning):  # of gimbal lock, which is dealt with below
+                triples = Rotation.from_quat(q, scalar_first=True).as_euler(body.hinges.upper())
+            angles[:, here] = _continuous(triples, 1.0 if body.hinges in ("xyz", "yzx", "zxy") else -1.0)
     return angles
 
 
-def _continuous(triples: np.ndarray) -> np.ndarray:
-    """Return for each frame the equivalent of an Euler triple (T, 3) that is nearest to the frame before."""
+def _continuous(triples: np.ndarray, parity: float) -> np.ndarray:
+    """Return for each frame the equivalent of an Euler triple (T, 3) that is nearest to the frame before.
+
+    In gimbal lock only the sum of the first and the last angle is known, or their difference: ``parity``, +1 where the axes
+    are in cyclic order and -1 otherwise, says which. There the last angle keeps still.
+    """
     out = triples.copy()
     for before, now in pairwise(range(len(triples))):
         first, middle, last = triples[now]
+        if abs(np.cos(middle)) < LOCKED:
+            kept = out[before, 2]
+            first, last = first + parity * np.sign(middle) * (last - kept), kept
         candidates = np.array([(first, middle, last), (first + np.pi, np.pi - middle, last + np.pi)])
         candidates += 2 * np.pi * np.round((out[before] - candidates) / (2 * np.pi))
         out[now] = candidates[np.argmin(np.sum((candidates - out[before]) ** 2, axis=1))]

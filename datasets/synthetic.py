@@ -13,7 +13,7 @@ from datasets.upper_body import bending_carriage, standing_carriage, walking_car
 from datasets.whole_body import FPS, Carriage, perform
 
 SHORTEST = 6.0  # s; in less nobody breaks into a run and stops again
-QUIET = 0.7  # s of standing at either end of a clip
+QUIET = 1.0  # s of standing at either end of a clip
 STANDING = 0.93  # m, the pelvis' height
 SEATED = 0.52  # m, the pelvis' height on a chair of 0.45 m
 RISE, TREAD = 0.17, 0.29  # m, of stairs
@@ -51,10 +51,10 @@ def _clips_of(style: Style, t: np.ndarray, rng: np.random.Generator) -> list[Bod
         stand(t, style, rng),
         walk(t, 0.75 * style.pace, style, rng),
         walk(t, 1.15 * style.pace, style, rng),
-        walk(t, 1.50 * style.pace, style, rng),
+        walk(t, 1.45 * style.pace, style, rng),
         walk_curve(t, 1.05 * style.pace, style, rng),
         turn_on_the_spot(t, style, rng),
-        run(t, 2.50 * style.pace, style, rng),
+        run(t, 2.40 * style.pace, style, rng),
         sit(t, style, rng),
         squat(t, style, rng),
         stairs(t, RISE, style, rng),
@@ -64,7 +64,7 @@ def _clips_of(style: Style, t: np.ndarray, rng: np.random.Generator) -> list[Bod
 
 def stand(t: np.ndarray, style: Style, rng: np.random.Generator) -> BodyMotion:
     """Return a person who stands, shifts the weight and gestures."""
-    sway = 0.2 * smooth_noise(t, rng, 1, 2.5)[:, 0]
+    sway = 0.2 * _swaying(t, 2.5, rng)
     feet = feet_track(t, _side_by_side(style.stance_width, style.toe_out), [], sway)
     return _clip(feet, standing_carriage(t, sway, style, rng), "stand", "stand", style)
 
@@ -148,6 +148,11 @@ def _set_off_and_stop(t: np.ndarray, speed: float) -> np.ndarray:
     return reached * reach_profile((t - begin) / faster, 0.3, 0.3) * reach_profile((end - t) / slower, 0.25, 0.25)
 
 
+def _swaying(t: np.ndarray, period: float, rng: np.random.Generator) -> np.ndarray:
+    """Return a wandering curve (T,) of about unit amplitude that is at rest at both ends."""
+    return smooth_noise(t, rng, 1, period)[:, 0] * smoother_step(t / 1.5) * smoother_step((t[-1] - t) / 1.5)
+
+
 def _side_by_side(width: float, toe_out: float, height: float = 0.0) -> tuple[Plant, Plant]:
     """Return the plants of feet ``width`` [m] apart, the weight of the body over the origin."""
     return Plant(-MIDFOOT, 0.5 * width, toe_out, height), Plant(-MIDFOOT, -0.5 * width, -toe_out, height)
@@ -156,7 +161,7 @@ def _side_by_side(width: float, toe_out: float, height: float = 0.0) -> tuple[Pl
 def _along(path: Path, name: str, kind: str, style: Style, rng: np.random.Generator, first_side: int | None = None) -> BodyMotion:
     """Return a person who goes along a path."""
     starts, steps = plan_steps(path, style, int(rng.integers(2)) if first_side is None else first_side)
-    feet = feet_track(path.t, starts, steps, 0.1 * smooth_noise(path.t, rng, 1, 2.0)[:, 0])
+    feet = feet_track(path.t, starts, steps, 0.1 * _swaying(path.t, 2.0, rng))
     height, flying = bounce(path.t, steps)
     return _clip(feet, replace(walking_carriage(path, feet, style, rng), bounce=height, flying=flying), name, kind, style)
 

@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from datasets.balance import GRAVITY
 from datasets.curves import keyframes, smooth_noise, smoothed, smoother_step
 from datasets.footsteps import FeetTrack
 from datasets.gait import Path
@@ -44,7 +45,8 @@ def walking_carriage(path: Path, feet: FeetTrack, style: Style, rng: np.random.G
     yaw = style.twist * (1.0 - 0.3 * run) * ahead
     roll = np.deg2rad(3.0) * moving * load
     pitch = np.deg2rad(3.0) * moving + np.deg2rad(4.0) * run
-    lean = style.lean + np.deg2rad(5.0) * run + np.deg2rad(1.0) * noise[:, 0]
+    push = smoothed(np.gradient(path.speed, t), 10.0) / GRAVITY  # people lean into the push of the ground
+    lean = style.lean + np.deg2rad(5.0) * run + np.deg2rad(1.0) * noise[:, 0] + push
     coming = np.interp(t + 0.35, t, path.heading)
     head = np.stack([coming + 0.06 * noise[:, 4], np.deg2rad(4.0) + 0.03 * noise[:, 5], 0.0 * t], axis=1)
     upper = _upper(_swinging(t, ahead, run, noise, style), np.stack([2.0 * yaw, lean - pitch, -0.9 * roll], axis=1), style.slump)

@@ -1,19 +1,9 @@
 """What the policy sees: Table 4.1 of the thesis and the additions of ``MimicSpec``; pure, batched, NumPy or torch."""
 
-from functools import cache
-
-import numpy as np
-
 from datasets.body_state import BodyState
 from datasets.motion_library import Reference
 from datasets.rotation import Array, namespace
 from envs.mimic_spec import MimicSpec
-
-
-@cache
-def _horizontal_columns(vectors: int) -> np.ndarray:
-    """Return the flat columns of ``vectors`` triples without the third number of the fourth and the fifth."""
-    return np.delete(np.arange(3 * vectors), [11, 14])
 
 
 def observe(spec: MimicSpec, agent: BodyState, reference: Reference, smoothed_action: Array, preview_pos: Array | None) -> Array:
@@ -33,25 +23,24 @@ def observe(spec: MimicSpec, agent: BodyState, reference: Reference, smoothed_ac
     xp = namespace(agent.pos)
     target = reference.body
     bodies = slice(None) if len(spec.observed_bodies) == agent.pos.shape[1] else list(spec.observed_bodies)
-    com_vel = xp.stack([agent.com_vel, target.com_vel, agent.com_vel - target.com_vel], axis=1)
+    com_vel = [agent.com_vel[:, None], target.com_vel[:, None], (agent.com_vel - target.com_vel)[:, None]]
     root_vel = target.lin_vel[:, :1]
     agent_pos = agent.pos[:, bodies] - agent.com[:, None]
     agent_vel = agent.lin_vel[:, bodies]
     pos_error = agent_pos - (target.pos[:, bodies] - target.com[:, None])
     vel_error = agent_vel - target.lin_vel[:, bodies]
-    table = [com_vel, root_vel, agent.lin_vel[:, :1] - root_vel, agent_pos, agent_vel, pos_error, vel_error]
-    after = []
+    table = [*com_vel, root_vel, agent.lin_vel[:, :1] - root_vel, agent_pos, agent_vel, pos_error, vel_error]
     if spec.com_error:
-        after.append((agent.com - target.com)[:, None])
+        table.append((agent.com - target.com)[:, None])
     if preview_pos is not None:
         ahead = preview_pos[:, :, bodies] - agent.com[:, None, None]
-        after.append(ahead.reshape(len(ahead), -1, 3))
-    vectors = xp.concat(table + after, axis=1)
+        table.append(ahead.reshape(len(ahead), -1, 3))
+    vectors = xp.concat(table, axis=1)
     if spec.frame == "heading":
         vectors = _turn_back(vectors, reference.facing)
-    flat = vectors.reshape(len(vectors), -1)[:, _horizontal_columns(vectors.shape[1])]
-    before = spec.observation_slices["smoothed_action"].start
-    return xp.concat([flat[:, :before], smoothed_action, flat[:, before:]], axis=1)
+    flat = vectors.reshape(len(vectors), -1)
+    additions = spec.observation_slices["smoothed_action"].start + 2  # columns 11 and 14 are left out: what is not horizontal
+    return xp.concat([flat[:, :11], flat[:, 12:14], flat[:, 15:additions], smoothed_action, flat[:, additions:]], axis=1)
 
 
 def _turn_back(vectors: Array, facing: Array) -> Array:

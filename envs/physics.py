@@ -14,9 +14,12 @@ class Physics(Protocol):
         ...
 
     def step(self, targets: Array) -> Array:
-        """Advance one control step under PD targets (N, 43) [rad]; return which worlds failed, shape (N,)."""
+        """Advance one control step under PD targets (N, 43) [rad]; return which worlds failed, shape (N,).
+
+        A world that failed (NaN, exploded) has been put back to the origin.
+        """
         ...
 
-    def bodies(self) -> BodyState:
-        """Return where the bodies are now; the arrays are the caller's to keep."""
+    def bodies(self, worlds: Array | slice = ...) -> BodyState:
+        """Return where the bodies of worlds are now, of all by default; the arrays are the caller's to keep."""
         ...

@@ -11,8 +11,8 @@ from envs.mimic_spec import FPS, FRAMES_PER_STEP
 
 SUBSTEPS = round(FRAMES_PER_STEP / FPS / SUBSTEP)  # engine steps in a control step: 4
 MAX_SPEED = 500.0  # m/s or rad/s of any degree of freedom; beyond it a world has exploded
+_ALL = slice(None)
 _NOW = mujoco.mjtStage.mjSTAGE_VEL  # measure at the new state, not one engine step behind it
-_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
 def _silence_engine() -> None:
@@ -36,12 +36,13 @@ class CpuPhysics:
         _silence_engine()
         self.model = build_model()
         self._batch = Batch(self.model, nsim=worlds, nthread=threads, persistent=True)
+        self._fresh = self._batch.state[0].copy()  # a world without a past: no warm start of the solver either
         self._qpos, self._qvel, self._ctrl = (self._batch.bind(name) for name in ("qpos", "qvel", "ctrl"))
         self._xpos, self._xmat, self._sensors = (self._batch.bind(name) for name in ("xpos", "xmat", "sensordata"))
 
     def reset(self, worlds: np.ndarray, pose: np.ndarray, vel: np.ndarray) -> None:
         """Put worlds into a state; see ``Physics.reset``."""
-        self._batch.reset(worlds, stage=mujoco.mjtStage.mjSTAGE_NONE)
+        self._batch.state[worlds] = self._fresh
         self._qpos[worlds] = pose
         self._qvel[worlds] = vel
         self._batch.forward(worlds, stage=_NOW)
@@ -50,17 +51,21 @@ class CpuPhysics:
         """Advance one control step; see ``Physics.step``."""
         self._ctrl[:] = targets
         self._batch.step(nstep=SUBSTEPS, stage=_NOW)
-        return ~(np.abs(self._qvel).max(axis=1) < MAX_SPEED)  # written so that NaN counts as failed
+        failed = ~(np.abs(self._qvel).max(axis=1) < MAX_SPEED)  # written so that NaN counts as failed
+        if failed.any():  # put back to the origin: no number of an exploded world may reach anybody
+            self._batch.state[failed] = self._fresh
+            self._batch.forward(failed, stage=_NOW)
+        return failed
 
-    def bodies(self) -> BodyState:
+    def bodies(self, worlds: np.ndarray | slice = _ALL) -> BodyState:
         """Return where the bodies are; see ``Physics.bodies``."""
-        worlds, three = len(self._sensors), 3 * BODY_COUNT
-        sensed = self._sensors.astype(np.float32)
+        three = 3 * BODY_COUNT
+        sensed = self._sensors[worlds].astype(np.float32)
         return BodyState(
-            pos=self._xpos[:, 1:].astype(np.float32),
-            rot=self._xmat[:, 1:].astype(np.float32).reshape(worlds, BODY_COUNT, 3, 3),
-            lin_vel=sensed[:, :three].reshape(worlds, BODY_COUNT, 3),
-            ang_vel=sensed[:, three : 2 * three].reshape(worlds, BODY_COUNT, 3),
+            pos=self._xpos[worlds, 1:].astype(np.float32),
+            rot=self._xmat[worlds, 1:].astype(np.float32).reshape(-1, BODY_COUNT, 3, 3),
+            lin_vel=sensed[:, :three].reshape(-1, BODY_COUNT, 3),
+            ang_vel=sensed[:, three : 2 * three].reshape(-1, BODY_COUNT, 3),
             com=sensed[:, 2 * three : 2 * three + 3],
             com_vel=sensed[:, 2 * three + 3 :],
         )

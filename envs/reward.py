@@ -41,7 +41,7 @@ def local_pose(agent: BodyState, reference: Reference) -> Array:
     # Chord instead of trace: |A - B| = 2 sqrt(2) sin(angle / 2) stays exact for small angles in single precision.
     half_sine = xp.sqrt(xp.einsum("njik,njik->nj", error, error) / 8.0)
     angles = 2.0 * xp.arcsin(half_sine.clip(0.0, 1.0))
-    return xp.exp(-ALPHA_LOCAL * angles.mean(axis=-1))
+    return xp.exp(-ALPHA_LOCAL / len(_PARENTS) * angles.sum(axis=-1))
 
 
 def position(agent: BodyState, reference: Reference) -> Array:
@@ -68,8 +68,9 @@ def velocity(agent: BodyState, reference: Reference) -> Array:
 def discount(agent: BodyState, target: BodyState) -> Array:
     """Return clamp(1.3 - 1.4 x distance [m] of the heads in the world, 0, 1), shape (N,). Source: eq. 4.9."""
     xp = namespace(agent.pos)
-    distance = xp.sqrt(xp.sum((agent.pos[:, HEAD] - target.pos[:, HEAD]) ** 2, axis=-1))
-    return xp.clip(DISCOUNT_OFFSET - DISCOUNT_SLOPE * distance, 0.0, 1.0)
+    error = agent.pos[:, HEAD] - target.pos[:, HEAD]
+    distance = xp.sqrt(xp.einsum("nc,nc->n", error, error))
+    return (DISCOUNT_OFFSET - DISCOUNT_SLOPE * distance).clip(0.0, 1.0)
 
 
 def _six_faces(centre: Array, axes: Array) -> Array:

@@ -7,6 +7,7 @@ from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, VectorEnv
 
 from datasets.body_state import BodyState
+from datasets.humanoid import HINGE_COUNT
 from datasets.motion_library import MotionLibrary, Reference
 from envs import termination
 from envs.episode_metrics import EpisodeMetrics
@@ -65,7 +66,7 @@ class AdaptMimicVectorEnv(VectorEnv):
         self.observation_space = spaces.Box(-np.inf, np.inf, (num_envs, self.task.observation_size), np.float32)
         self.action_space = spaces.Box(-1.0, 1.0, (num_envs, self.task.action_size), np.float32)
         self.observation_slices = self.task.observation_slices
-        self._hinges = np.array(self.task.residual_hinges)
+        self._residual = self.task.action_scale * np.eye(HINGE_COUNT, dtype=np.float32)[list(self.task.residual_hinges)]  # (A, 43) rad
         self._ahead = FRAMES_PER_STEP * np.array(self.task.preview, dtype=int)
         self._clip_start = np.array([clip.start for clip in library.clips])
         self._clip_end = self._clip_start + np.array([clip.frames for clip in library.clips]) - 1  # last row of each clip
@@ -110,20 +111,19 @@ class AdaptMimicVectorEnv(VectorEnv):
             Observations (N, O), rewards (N,), terminated (N,), truncated (N,), and the info: reward terms by name (N,),
             ``physics_failed`` (N,), and for worlds that ended ``final_obs`` and ``tracking`` with their masks.
         """
-        newest = np.clip(np.asarray(actions, dtype=np.float32), -1.0, 1.0)
+        newest = np.asarray(actions, dtype=np.float32).clip(-1.0, 1.0)
         self._action = self.task.smoothing * newest + (1.0 - self.task.smoothing) * self._action
         self._row = np.minimum(self._row + FRAMES_PER_STEP, self._clip_end[self._clip])  # a world left ended holds the last frame
         reference = self.library.at(self._row)
-        targets = reference.hinges + _SPEED_FEED * reference.hinge_vel
-        targets[:, self._hinges] += self.task.action_scale * self._action
+        targets = reference.hinges + _SPEED_FEED * reference.hinge_vel + self._action @ self._residual
         failed = self.physics.step(targets)
         agent = self.physics.bodies()
-        if failed.any():  # no number of an exploded world may reach anybody
-            self.physics_failures += int(failed.sum())
-            for mine, theirs in zip(agent, reference.body, strict=True):
-                mine[failed] = theirs[failed]
         terms = reward(agent, reference)
-        rewards = np.where(failed, 0.0, terms.total).astype(np.float32)
+        if failed.any():
+            self.physics_failures += int(failed.sum())
+            for term in terms:
+                term[failed] = 0.0
+        rewards = terms.total
         terminated = failed | termination.lost(terms.discount) | termination.fallen(agent)
         truncated = ~terminated & (self._row + FRAMES_PER_STEP > self._last)
         self._metrics.add(rewards, agent.pos[:, 0], reference.body.pos[:, 0], reference.truth_root + self._anchor)
@@ -187,9 +187,8 @@ class AdaptMimicVectorEnv(VectorEnv):
     def _restart(self, worlds: np.ndarray, observation: np.ndarray) -> np.ndarray:
         """Begin new episodes in ``worlds``; return the observations with theirs replaced."""
         self._begin(worlds, *self.starts.draw(len(worlds), self.np_random), EPISODE_FRAMES)
-        agent = BodyState(*(array[worlds] for array in self.physics.bodies()))
         observation = observation.copy()
-        observation[worlds] = self._observe(worlds, agent, self.library.at(self._row[worlds]))
+        observation[worlds] = self._observe(worlds, self.physics.bodies(worlds), self.library.at(self._row[worlds]))
         return observation
 
     def _observe(self, worlds: np.ndarray | slice, agent: BodyState, reference: Reference) -> np.ndarray:

@@ -52,7 +52,7 @@ class BareBatch:
 
     def __init__(self, tape: Tape, worlds: int, threads: int) -> None:
         """Build as many simulations as the tape has, on as many threads."""
-        self._tape, self._batch = tape, Batch(_bare_model(), nsim=worlds, nthread=threads, persistent=True)
+        self._tape, self._batch = tape, Batch(_bare_model(), nsim=worlds, nthread=threads)
 
     def prepare(self) -> None:
         """Go to where the recording began."""

@@ -113,7 +113,7 @@ class Stage:
         RuntimeError: If nothing can be rendered here; ``can_render`` tells before.
     """
 
-    def __init__(self, width: int, height: int, field_of_view: float = 45.0, shadow_radius: float = 4.0) -> None:
+    def __init__(self, width: int, height: int, field_of_view: float = 45.0, shadow_radius: float = 4.0, fine: bool = False) -> None:
         """Set up the ground, the light and the buffers.
 
         Args:
@@ -121,13 +121,14 @@ class Stage:
             height: Of the pictures [pixels].
             field_of_view: Vertical [deg].
             shadow_radius: Shadows fall within this distance of the camera's target [m].
+            fine: Whether edges and shadows are smooth, at twice the time.
         """
         if not can_render():
             raise RuntimeError(INSTALL_HINT)
         spec = build_spec()
         spec.visual.global_.offwidth, spec.visual.global_.offheight = width, height
         spec.visual.global_.fovy = field_of_view
-        spec.visual.quality.shadowsize = 1024 if width < 1000 else 4096
+        spec.visual.quality.shadowsize, spec.visual.quality.offsamples = (4096, 4) if fine else (1024, 0)
         spec.visual.headlight.ambient = [0.45] * 3
         spec.visual.headlight.diffuse = [0.35] * 3
         spec.visual.rgba.haze = [*_HORIZON, 1.0]
@@ -193,8 +194,7 @@ def render_pair(
     """
     shown = np.arange(0, len(reference), fps / VIDEO_FPS).round().astype(int)
     shown = shown[shown < len(reference)]
-    path = gaussian_filter1d(reference[:, :3], _FOLLOW_SECONDS * fps, axis=0, mode="nearest")
-    path[:, 2] = _EYE_HEIGHT
+    path = _camera_path(reference[:, :3], fps)
     azimuth = float(heading(reference[0, 3:7])) + _VIEW
     frames = []
     with Stage(*size) as stage:
@@ -204,6 +204,16 @@ def render_pair(
             pair = [Figure(reference[t], REFERENCE_COLOUR, -0.75 * camera.right), Figure(agent[t], colour, 0.75 * camera.right)]
             frames.append(stage.picture(pair, camera))
     return np.stack(frames)
+
+
+def _camera_path(root: np.ndarray, fps: float) -> np.ndarray:
+    """Return where the camera looks, at each of the root's positions (T, 3): smooth, and without a lag at either end."""
+    spread = _FOLLOW_SECONDS * fps
+    beyond = min(round(4 * spread), len(root) - 1)
+    longer = np.pad(root, ((beyond, beyond), (0, 0)), mode="reflect", reflect_type="odd")
+    path = gaussian_filter1d(longer, spread, axis=0, mode="nearest")[beyond : beyond + len(root)]
+    path[:, 2] = _EYE_HEIGHT
+    return path
 
 
 def save_picture(path: Path, reference: np.ndarray, agent: np.ndarray, moments: int = 7, size: tuple[int, int] = (1600, 420)) -> None:
@@ -227,7 +237,7 @@ def save_picture(path: Path, reference: np.ndarray, agent: np.ndarray, moments: 
         shift = spacing * (place - (moments - 1) / 2) * camera.right - reference[t, :3] * (1.0, 1.0, 0.0)
         figures.append(Figure(agent[t], AGENT_COLOUR, shift))
         figures.append(Figure(reference[t], (*REFERENCE_COLOUR[:3], GHOST_ALPHA), shift))
-    with Stage(width, height, field, shadow_radius=0.6 * spacing * moments) as stage:
+    with Stage(width, height, field, shadow_radius=0.6 * spacing * moments, fine=True) as stage:
         mediapy.write_image(path, stage.picture(figures, camera))
 
 

@@ -34,7 +34,7 @@ def notices_of(run: Run, tested: TestedClips, videos: list[Video]) -> list[str]:
         notices.append("No clip is free of suit errors, so none was put through a simulated suit.")
     if not videos:
         notices.append(INSTALL_HINT[0].upper() + INSTALL_HINT[1:] + ".")
-    return [*notices, *tested.notes]
+    return notices
 
 
 def write_whole(path: Path, text: str) -> None:

@@ -35,7 +35,6 @@ def make_report(run: Run, tested: TestedClips, recorded: Track, suited: Track, s
         "by_performer": group(lambda clip: clip.performer),
         "left_out": [{"name": name, "reason": reason} for name, reason in tested.left_out.items()],
         "seen": tested.seen,
-        "notes": tested.notes,
         "evaluation": {
             "run": str(run.folder),
             "motions": tested.source,

@@ -39,6 +39,8 @@ def survival(recorded: list[ClipTracking], suited: list[ClipTracking]) -> Figure
 def by_clip(clips: list[dict[str, Any]]) -> Figure:
     """Return bars of each clip's episode length ratio with its spread, the zero residual's as a mark on each bar.
 
+    The page replaces the colour "text" by that of its text.
+
     Args:
         clips: The rows of ``report.json``.
     """
@@ -50,11 +52,11 @@ def by_clip(clips: list[dict[str, Any]]) -> Figure:
         ratios, zeros = ([clip[b]["episode_length_ratio"] for _, clip in shown] for b in (block, f"{block}_zero_residual"))
         spread = {"type": "data", "array": [r["std"] for r in ratios], "color": GREY, "thickness": 1.2, "width": 3}
         bar = {"x": [r["mean"] for r in ratios], "y": places, "width": width, "marker": {"color": colour}, "error_x": spread}
-        mark = {"symbol": "line-ns-open", "size": 0.45 * ROW_HEIGHT * width, "color": GREY, "line": {"width": 2}}
-        marks = {"x": [z["mean"] for z in zeros], "y": places, "mode": "markers", "marker": mark, "showlegend": False}
+        mark = {"symbol": "line-ns-open", "size": 0.9 * ROW_HEIGHT * width, "color": "text", "line": {"width": 2.5}}
+        marks = {"x": [z["mean"] for z in zeros], "y": places, "mode": "markers", "marker": mark, "showlegend": side < 0}
         if shown:
             traces.append({"type": "bar", "orientation": "h", "name": f"policy, {name}", **bar})
-            traces.append({"type": "scatter", "name": f"zero residual, {name}", **marks})
+            traces.append({"type": "scatter", "name": "zero residual", **marks})
     figure = _figure(traces, "episode_length_ratio [ratio]", "", height=100 + ROW_HEIGHT * len(clips), barmode="overlay")
     figure["layout"]["xaxis"]["range"] = [0, 1.05]
     figure["layout"]["yaxis"] = {

@@ -10,6 +10,8 @@ from configs.load import load_config
 from envs.mimic_spec import MimicSpec
 from trainers.ppo_config import PpoConfig
 
+CARD = {"task", "motions", "clips", "performers", "held_out", "samples", "hours", "code"}  # what is read of a policy's card
+
 
 @dataclass(frozen=True)
 class Run:
@@ -31,6 +33,9 @@ def load_run(folder: Path) -> Run:
     if not folder.is_dir():
         raise InputError(f"there is no run at {folder}; python -m trainers.ppo --config configs/mixed.yaml leaves one in runs/mixed")
     policy, card = Policy.load(folder / "best" / "policy.safetensors")
+    lacks = CARD - set(card)
+    if lacks:
+        raise InputError(f"the policy in {folder} says nothing of its {', '.join(sorted(lacks))}; train it anew")
     config = load_config(PpoConfig, folder / "config.yaml")
     spec = MimicSpec(**card["task"])
     needed = (spec.observation_size, spec.action_size)

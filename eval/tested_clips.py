@@ -28,7 +28,6 @@ class TestedClips:
         truths: By name of a suited clip, the clip behind it.
         left_out: By name of a clip that is not evaluated, why.
         seen: By name of a recorded clip, "training" or "model selection" where that saw the clip or its performer.
-        notes: What else a reader should know.
     """
 
     source: str
@@ -37,7 +36,6 @@ class TestedClips:
     truths: dict[str, BodyMotion]
     left_out: dict[str, str]
     seen: dict[str, str]
-    notes: list[str]
 
 
 def choose_clips(config: DataConfig, card: dict[str, Any], motions: list[str] | None, say: Callable[[str], None]) -> TestedClips:
@@ -45,7 +43,7 @@ def choose_clips(config: DataConfig, card: dict[str, Any], motions: list[str] | 
 
     Args:
         config: Motion of the run.
-        card: Of its policy: ``clips`` names those trained on, ``held_out`` the performer of model selection.
+        card: Of its policy: ``clips`` and ``performers`` trained on, and ``held_out``, the performer of model selection.
         motions: Motion sources that the user names. By default, performers that a run on synthetic motion never saw, or
             else the clips of the performer that the run held out.
         say: Told in a line what happens.
@@ -61,10 +59,8 @@ def choose_clips(config: DataConfig, card: dict[str, Any], motions: list[str] | 
     suitable = [clip for clip in recorded if clip.system not in FAULTY_SYSTEMS]
     say(f"{len(recorded)} clips, {sum(clip.seconds for clip in recorded) / 60:.1f} minutes; {len(left_out)} left out")
     suited, truths = wear_suits(suitable, DataConfig())
-    performers = _training_performers(config, card)
-    notes = [] if performers is not None else ["The training clips are not at hand: clips were compared with them by name alone."]
-    seen = {clip.name: by for clip in recorded if (by := _seen_by(clip, card, performers or set()))}
-    return TestedClips(source, recorded, suited, truths, left_out, seen, notes)
+    seen = {clip.name: by for clip in recorded if (by := _seen_by(clip, card))}
+    return TestedClips(source, recorded, suited, truths, left_out, seen)
 
 
 def _find(config: DataConfig, card: dict[str, Any], motions: list[str] | None, say: Callable[[str], None]) -> tuple[str, list[BodyMotion]]:
@@ -96,15 +92,22 @@ def _files_of(config: DataConfig, performer: str) -> list[Path]:
 
 
 def _read(files: list[Path], config: DataConfig, say: Callable[[str], None]) -> list[BodyMotion]:
-    """Return the clips of files, with the folder in front of names that are not unique."""
+    """Return the clips of files, under names that are unique."""
     mapping = read_mapping(config.mapping) if config.mapping else None
-    stems = [file.stem for file in files]
     clips = []
-    for number, file in enumerate(files, start=1):
+    for number, (file, name) in enumerate(zip(files, _unique_names(files), strict=True), start=1):
         say(f"reading {number}/{len(files)} {file}")
-        clip = load_clips(file, mapping)[0]
-        clips.append(clip if stems.count(file.stem) == 1 else replace(clip, name=str(file.with_suffix(""))))
+        clips.append(replace(load_clips(file, mapping)[0], name=name))
     return clips
+
+
+def _unique_names(files: list[Path]) -> list[str]:
+    """Return the files' stems; with their folder, as in training, or their whole path where others have the same."""
+    stems, longer = [file.stem for file in files], [f"{file.parent.name}/{file.stem}" for file in files]
+    return [
+        stem if stems.count(stem) == 1 else name if longer.count(name) == 1 else str(file)
+        for file, stem, name in zip(files, stems, longer, strict=True)
+    ]
 
 
 def _unfit(clip: BodyMotion) -> str:
@@ -114,20 +117,8 @@ def _unfit(clip: BodyMotion) -> str:
     return f"lasts {clip.seconds:.2f} s, under {SHORTEST / FPS:g} s" if len(clip) < SHORTEST else ""
 
 
-def _training_performers(config: DataConfig, card: dict[str, Any]) -> set[str] | None:
-    """Return the performers that a run trained on; None if that cannot be known, as its files are gone."""
-    if config.motions == SYNTHETIC:
-        return set()  # no file is theirs
-    try:
-        paths = find_files(config.motions)
-    except InputError:
-        return None
-    index = read_index(paths[0])
-    return {credit(path, index).performer for path in paths} - {card["held_out"]}
-
-
-def _seen_by(clip: BodyMotion, card: dict[str, Any], performers: set[str]) -> str:
+def _seen_by(clip: BodyMotion, card: dict[str, Any]) -> str:
     """Return which part of the run saw a clip or its performer, "" if none did."""
-    if clip.name in card["clips"] or clip.performer in performers:
+    if clip.name in card["clips"] or clip.performer in card["performers"]:
         return "training"
     return "model selection" if clip.performer == card["held_out"] else ""

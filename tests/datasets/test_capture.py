@@ -36,6 +36,14 @@ def test_legs_that_are_a_humans_in_no_unit_are_refused() -> None:
         capture(as_bvh(posed({}), unit=3e-6), "clip")
 
 
+def test_bones_without_length_are_refused() -> None:
+    bvh = as_bvh(posed({}))
+    offsets = bvh.offsets.copy()
+    offsets[bvh.names.index("LeftForeArm")] = 0.0
+    with pytest.raises(InputError, match="'LeftArm' and 'LeftForeArm', taken for upper_arm_l and forearm_l, are at the same place"):
+        capture(replace(bvh, offsets=offsets), "clip")
+
+
 @pytest.mark.parametrize(("frame_time", "fps"), [(0.0083333, 120.0), (0.033333, 30.0), (0.016667, 60.0), (1 / 23.976, 23.976)])
 def test_a_rounded_frame_time_is_the_rate_that_was_meant(frame_time: float, fps: float) -> None:
     assert capture(replace(as_bvh(posed({})), frame_time=frame_time), "clip").motion.fps == pytest.approx(fps, abs=1e-12)

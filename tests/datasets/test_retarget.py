@@ -108,8 +108,8 @@ def _unit(v: np.ndarray) -> np.ndarray:
 
 
 def test_knees_bend_backward_and_elbows_forward() -> None:
-    bends = {"shin_l_y": 60, "shin_r_y": 60, "forearm_l_z": -90, "forearm_r_z": 90}
-    result = retargeted(as_bvh(posed(bends | {"thigh_l_y": -30, "thigh_r_y": -30})))
+    bends = {"shin_l_y": 60.0, "shin_r_y": 60.0, "forearm_l_z": -90.0, "forearm_r_z": 90.0}
+    result = retargeted(as_bvh(posed(bends | {"thigh_l_y": -30.0, "thigh_r_y": -30.0})))
     angles = np.degrees(hinge_angles(result.motion.local_rotations))[0]
     assert {name: angles[hinge(name)] for name in bends} == pytest.approx(bends, abs=0.1)
 
@@ -165,6 +165,12 @@ def test_soles_are_level_although_the_rest_pose_has_them_tilted() -> None:
     _, rotations = body_poses(result.motion)
     up = rotate(rotations[:, NAMES.index("foot_l")], np.broadcast_to((0.0, 0.0, 1.0), (len(rotations), 3)))
     np.testing.assert_allclose(up[:, 2], 1.0, atol=1e-9)
+
+
+def test_a_foot_without_toe_or_end_site_points_where_the_hips_do() -> None:
+    bvh = as_bvh(posed({}), without=("toe_l", "toe_r"))
+    result = retargeted(replace(bvh, end_sites=((),) * len(bvh.names)))
+    assert largest_turn(result.motion.local_rotations, posed({}).local_rotations) < 1e-6
 
 
 @pytest.mark.shared_data
