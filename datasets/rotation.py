@@ -14,7 +14,7 @@ Array = Any  # a NumPy array or a torch tensor, of one kind within a call
 
 def namespace(x: Array) -> ModuleType:
     """Return the module whose functions work on ``x``: numpy or torch."""
-    return np if isinstance(x, np.ndarray) else sys.modules["torch"]
+    return np if isinstance(x, np.ndarray | np.generic) else sys.modules["torch"]
 
 
 class Constant:
@@ -27,7 +27,7 @@ class Constant:
 
     def like(self, x: Array) -> Array:
         """Return the numbers for a calculation with ``x``; a tensor is made once for each device and type."""
-        if isinstance(x, np.ndarray):
+        if namespace(x) is np:
             return self._values
         key = (x.device, x.dtype)
         if key not in self._tensors:

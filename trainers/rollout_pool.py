@@ -31,6 +31,8 @@ class RolloutPool:
             return
         # Ray warns that it will one day stop clearing the GPUs' variable for actors without a GPU; we ask for none.
         os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
+        # Ray lowers the priority of its workers; here they are half of the work, not a guest.
+        os.environ.setdefault("RAY_worker_niceness", "0")
         import ray
 
         self._ray = ray
