@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from datasets.humanoid import BODIES, BODY_COUNT, FEET, NAMES, hinge_angles, hinge_slice
+from datasets.jumps import jump_frames
 from datasets.kinematics import body_poses, lowest_points
 from datasets.retarget import Retargeted
 from datasets.rotation import conjugate, rotate
 from datasets.skeleton import forward_kinematics
 
-MAX_ACCELERATION = 1000.0  # m/s^2 relative to the pelvis; a kick reaches about half of it, marker swaps exceed it
 NEAR_LOCK = np.radians(75.0)  # of a middle hinge; at 90 degrees the outer two turn about one axis
 
 
@@ -57,13 +57,7 @@ def measure(retargeted: Retargeted) -> Fidelity:
         moving[index] = np.linalg.norm(seen - seen.mean(axis=0), axis=-1).mean()
     lowest_foot = lowest_points(positions, rotations)[:, [body for foot in FEET for body in foot]].min(axis=-1)
     angles = hinge_angles(retargeted.motion.local_rotations)
-    return Fidelity(local, moving, world, lowest_foot, _jumps(positions, retargeted.motion.fps), _near_lock(angles))
-
-
-def _jumps(positions: np.ndarray, fps: float) -> int:
-    """Return the number of frames in which a body of (T, 20, 3) [m] accelerates impossibly."""
-    acceleration = np.diff(positions - positions[:, :1], n=2, axis=0) * fps**2
-    return int(np.sum(np.linalg.norm(acceleration, axis=-1).max(axis=-1, initial=0.0) > MAX_ACCELERATION))
+    return Fidelity(local, moving, world, lowest_foot, len(jump_frames(positions, retargeted.motion.fps)), _near_lock(angles))
 
 
 def _near_lock(angles: np.ndarray) -> np.ndarray:

@@ -20,7 +20,7 @@ def namespace(x: Array) -> ModuleType:
 class Constant:
     """Numbers that shared maths needs as an array of its caller's kind: NumPy's, or torch's on some device."""
 
-    def __init__(self, values: Any) -> None:  # noqa: ANN401 (whatever NumPy takes)
+    def __init__(self, values: Any) -> None:
         """Hold ``values`` in single precision."""
         self._values = np.array(values, dtype=np.float32)
         self._tensors: dict[tuple[Any, Any], Array] = {}

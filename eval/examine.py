@@ -47,7 +47,8 @@ def examine(run: Run, clips: list[BodyMotion], truths: dict[str, BodyMotion], th
         return Track([], [], [], {}, 0.0)
     library = MotionLibrary.of(clips, truths)
     found: list[ClipTracking] = []
-    with console.status("") as status:
+    with console.status(f"{label}: preparing {len(clips)} clips") as status:
+        library = MotionLibrary.of(clips, truths)
         playing = track(run.policy.act, library, run.spec, threads, bool(truths))
         for number, clip in enumerate(library.clips, start=1):
             status.update(f"{label}: playing {clip.name}, {len(clips) - number + 1} left")
@@ -57,14 +58,23 @@ def examine(run: Run, clips: list[BodyMotion], truths: dict[str, BodyMotion], th
             console.print(f"{label} {number}/{len(clips)} {clip.name}: episode_length_ratio {mean:.3f} (zero residual {zero:.3f})")
         status.update(f"{label}: measuring artefacts")
         performances = _perform_windows(run, library, threads)
-        compared = [(one.clip, compare(one, clips[one.clip], truths.get(clips[one.clip].name))) for one in performances]
+        artefacts, compared = _artefacts(performances, clips, truths)
+    return Track(clips, found, performances, artefacts, compared)
+
+
+def _artefacts(
+    performances: list[Performance], clips: list[BodyMotion], truths: dict[str, BodyMotion]
+) -> tuple[dict[str, dict[str, dict[str, float]]], float]:
+    """Return the artefacts before and after by name of the clip, and the share of the windows' frames that they are of."""
     by_name: dict[str, list[Comparison]] = {}
-    for index, comparison in compared:
+    for one in performances:
+        clip = clips[one.clip]
+        comparison = compare(one, clip, truths.get(clip.name))
         if comparison is not None:
-            by_name.setdefault(clips[index].name, []).append(comparison)
-    frames = sum(c.frames for cs in by_name.values() for c in cs)
+            by_name.setdefault(clip.name, []).append(comparison)
+    compared = sum(comparison.frames for comparisons in by_name.values() for comparison in comparisons)
     whole = sum(FRAMES_PER_STEP * (len(one.poses) - 1) + 1 for one in performances)
-    return Track(clips, found, performances, {name: weighted_mean(cs) for name, cs in by_name.items()}, frames / whole)
+    return {name: weighted_mean(comparisons) for name, comparisons in by_name.items()}, compared / whole
 
 
 def _perform_windows(run: Run, library: MotionLibrary, threads: int) -> list[Performance]:

@@ -42,7 +42,6 @@ class Comparison(NamedTuple):
     before: dict[str, float]
     after: dict[str, float]
     frames: int  # compared
-    reference_frames: int  # of the whole window
 
 
 def perform(act: Act, library: MotionLibrary, spec: MimicSpec, rollouts: Rollouts, threads: int) -> list[Performance]:
@@ -97,8 +96,7 @@ def compare(performance: Performance, reference: BodyMotion, truth: BodyMotion |
     original = reference.cut(first, last)
     clean = None if truth is None else _anchored(truth.cut(first, last), original)
     agent = as_motion(performance.poses[: performance.survived], reference)
-    whole = FRAMES_PER_STEP * (len(performance.poses) - 1) + 1
-    return Comparison(artefacts(original, clean), artefacts(agent, clean, original), last - first, whole)
+    return Comparison(artefacts(original, clean), artefacts(agent, clean, original), last - first)
 
 
 def _anchored(truth: BodyMotion, reference: BodyMotion) -> BodyMotion:

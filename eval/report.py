@@ -28,8 +28,8 @@ def notices_of(run: Run, tested: TestedClips, videos: list[Video]) -> list[str]:
     """Return what a reader must know before the numbers."""
     notices = []
     for by in sorted(set(tested.seen.values())):
-        count = sum(value == by for value in tested.seen.values())
-        notices.append(f"{count} of {len(tested.recorded)} clips were seen in {by}, or their performer was: no test of generalisation.")
+        count = f"{sum(value == by for value in tested.seen.values())} of {len(tested.recorded)} clips"
+        notices.append(f"{count} were seen in {by}, or their performer was: on these it is no test of generalisation.")
     if not tested.suited:
         notices.append("No clip is free of suit errors, so none was put through a simulated suit.")
     if not videos:
@@ -49,7 +49,10 @@ def evaluate(run: Run, out: Path, motions: list[str] | None, console: Console) -
     begin = time.monotonic()
     threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     torch.set_num_threads(threads)
-    tested = choose_clips(run.config.data, run.card, motions, console.print)
+    with console.status("reading clips") as status:
+        tested = choose_clips(run.config.data, run.card, motions, status.update)
+    minutes = sum(clip.seconds for clip in tested.recorded) / 60.0
+    console.print(f"{len(tested.recorded)} clips of {tested.source}, {minutes:.1f} minutes; {len(tested.left_out)} left out")
     recorded = examine(run, tested.recorded, {}, threads, console, "as recorded")
     suited = examine(run, tested.suited, tested.truths, threads, console, "through a suit")
     videos = film(recorded, console)

@@ -10,7 +10,8 @@ from eval.training_curves import Curve
 
 RECORDED, SUITED = "#2f7dc8", "#d98a1f"  # legible on white and on black
 GREY = "#8a8f98"
-ROW_HEIGHT = 46  # pixels of a clip in the plot by clip
+ROW_HEIGHTS = 16.0, 46.0  # pixels of a clip in the plot by clip: of many and of few
+TALLEST = 2400.0  # pixels of that plot, unless there are very many clips
 Figure = dict[str, Any]
 
 
@@ -45,6 +46,7 @@ def by_clip(clips: list[dict[str, Any]]) -> Figure:
         clips: The rows of ``report.json``.
     """
     both = any(clip["tracking_suit"] for clip in clips)
+    height = float(np.clip(TALLEST / len(clips), *ROW_HEIGHTS))
     width, traces = (0.38 if both else 0.6), []
     for block, name, colour, side in (("tracking", "as recorded", RECORDED, -1), ("tracking_suit", "through a suit", SUITED, 1)):
         shown = [(row, clip) for row, clip in enumerate(clips) if clip[block]]
@@ -52,12 +54,12 @@ def by_clip(clips: list[dict[str, Any]]) -> Figure:
         ratios, zeros = ([clip[b]["episode_length_ratio"] for _, clip in shown] for b in (block, f"{block}_zero_residual"))
         spread = {"type": "data", "array": [r["std"] for r in ratios], "color": GREY, "thickness": 1.2, "width": 3}
         bar = {"x": [r["mean"] for r in ratios], "y": places, "width": width, "marker": {"color": colour}, "error_x": spread}
-        mark = {"symbol": "line-ns-open", "size": 0.9 * ROW_HEIGHT * width, "color": "text", "line": {"width": 2.5}}
+        mark = {"symbol": "line-ns-open", "size": 0.9 * height * width, "color": "text", "line": {"width": 2.5}}
         marks = {"x": [z["mean"] for z in zeros], "y": places, "mode": "markers", "marker": mark, "showlegend": side < 0}
         if shown:
             traces.append({"type": "bar", "orientation": "h", "name": f"policy, {name}", **bar})
-            traces.append({"type": "scatter", "name": "zero residual", **marks})
-    figure = _figure(traces, "episode_length_ratio [ratio]", "", height=100 + ROW_HEIGHT * len(clips), barmode="overlay")
+            traces.append({"type": "scatter", "name": "zero residual", "legendrank": 2000, **marks})
+    figure = _figure(traces, "episode_length_ratio [ratio]", "", height=100 + height * len(clips), barmode="overlay")
     figure["layout"]["xaxis"]["range"] = [0, 1.05]
     figure["layout"]["yaxis"] = {
         "tickvals": list(range(len(clips))), "ticktext": [clip["name"] for clip in clips],

@@ -46,7 +46,7 @@ def choose_clips(config: DataConfig, card: dict[str, Any], motions: list[str] | 
         card: Of its policy: ``clips`` and ``performers`` trained on, and ``held_out``, the performer of model selection.
         motions: Motion sources that the user names. By default, performers that a run on synthetic motion never saw, or
             else the clips of the performer that the run held out.
-        say: Told in a line what happens.
+        say: Told what happens now.
 
     Raises:
         InputError: If a source is bad, or nothing in it can be evaluated.
@@ -57,7 +57,7 @@ def choose_clips(config: DataConfig, card: dict[str, Any], motions: list[str] | 
     if not recorded:
         raise InputError(f"{source}: none of {len(found)} clips is on flat ground and at least {SHORTEST / FPS:g} s long")
     suitable = [clip for clip in recorded if clip.system not in FAULTY_SYSTEMS]
-    say(f"{len(recorded)} clips, {sum(clip.seconds for clip in recorded) / 60:.1f} minutes; {len(left_out)} left out")
+    say(f"putting {len(suitable)} clips through simulated suits")
     suited, truths = wear_suits(suitable, DataConfig())
     seen = {clip.name: by for clip in recorded if (by := _seen_by(clip, card))}
     return TestedClips(source, recorded, suited, truths, left_out, seen)

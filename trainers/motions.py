@@ -13,6 +13,7 @@ from safetensors.numpy import save_file
 
 from configs.errors import InputError
 from datasets.imu_fusion import simulate_suit
+from datasets.jumps import cut_at_jumps
 from datasets.mixture import clip_weights, pick_holdout
 from datasets.motion import BodyMotion
 from datasets.motion_library import ClipInfo, MotionLibrary
@@ -73,12 +74,15 @@ def build_library(config: DataConfig, say: Callable[[str], None]) -> MotionLibra
     """Return all clips of a source with their simulated suit recordings, packed."""
     mapping = read_mapping(config.mapping) if config.mapping else None
     recorded = load_clips(config.motions, mapping, seed=config.seed)
-    usable = [clip for clip in recorded if clip.kind not in LEFT_OUT_KINDS and clip.seconds >= SHORTEST]
+    level = [clip for clip in recorded if clip.kind not in LEFT_OUT_KINDS]
+    whole = [part for clip in level for part in cut_at_jumps(clip)]
+    usable = [clip for clip in whole if clip.seconds >= SHORTEST]
     if not usable:
         raise InputError(f"data.motions={config.motions} holds no clip of at least {SHORTEST:g} s on flat ground")
-    left = len(recorded) - len(usable)
-    seconds = sum(clip.seconds for clip in usable)
-    say(f"{len(usable)} clips, {seconds / 60:.1f} minutes" + (f"; {left} left out (stairs, or under {SHORTEST:g} s)" if left else ""))
+    seconds, given = (sum(clip.seconds for clip in clips) for clips in (usable, recorded))
+    say(
+        f"{len(recorded)} clips, {given / 60:.1f} minutes; {seconds / 60:.1f} minutes in {len(usable)} pieces on flat ground, without jumps"
+    )
     suited, truths = wear_suits(usable, config)
     if suited:
         say(f"{len(suited)} recordings through simulated IMU suits of severity {config.suit_severity:g}")

@@ -2,6 +2,8 @@
 
 import logging
 import os
+import secrets
+from types import ModuleType
 from typing import Any, Self
 
 import numpy as np
@@ -29,25 +31,12 @@ class RolloutPool:
         if config.collect.actors == 0:
             self._local = RolloutActor(config, 0, *shared)
             return
-        # Ray warns that it will one day stop clearing the GPUs' variable for actors without a GPU; we ask for none.
-        os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
-        # Ray lowers the priority of its workers; here they are half of the work, not a guest.
-        os.environ.setdefault("RAY_worker_niceness", "0")
-        import ray
-
-        self._ray = ray
-        ray.init(
-            address=config.collect.address or None,
-            num_cpus=None if config.collect.address else max(config.collect.actors * config.collect.threads, os.cpu_count() or 1),
-            include_dashboard=False,
-            logging_level=logging.ERROR,
-            log_to_driver=False,
-        )
+        self._ray = _start_ray(config)
         clips, arrays, fps, weights = shared
-        stored = ray.put(arrays)
-        remote = ray.remote(num_cpus=config.collect.threads)(RolloutActor)
+        stored = self._ray.put(arrays)
+        remote = self._ray.remote(num_cpus=config.collect.threads)(RolloutActor)
         self._actors: list[Any] = [remote.remote(config, i, clips, stored, fps, weights) for i in range(config.collect.actors)]
-        ray.get([actor.get_state.remote() for actor in self._actors[:1]])  # raise what building it raised
+        self._ray.get([actor.get_state.remote() for actor in self._actors[:1]])  # raise what building it raised
 
     def collect(self, weights: dict[str, torch.Tensor], sigma: float) -> list[Rollout]:
         """Return one rollout of every collector."""
@@ -78,3 +67,26 @@ class RolloutPool:
         """Stop Ray."""
         if self._ray is not None:
             self._ray.shutdown()
+
+
+def _start_ray(config: PpoConfig) -> ModuleType:
+    """Join the cluster of the config, or start one on this machine; return Ray."""
+    # Ray warns that it will one day stop clearing the GPUs' variable for actors without a GPU; we ask for none.
+    os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
+    # Ray lowers the priority of its workers; here they are half of the work, not a guest.
+    os.environ.setdefault("RAY_worker_niceness", "0")
+    if not config.collect.address:
+        # Ray cannot be told to listen on loopback only, and who can talk to it can run code: let it ask for a secret.
+        os.environ.setdefault("RAY_AUTH_MODE", "token")
+        os.environ.setdefault("RAY_AUTH_TOKEN", secrets.token_hex(32))
+    import ray
+
+    cores = max(config.collect.actors * config.collect.threads, os.cpu_count() or 1)
+    ray.init(
+        address=config.collect.address or None,
+        num_cpus=None if config.collect.address else cores,
+        include_dashboard=False,
+        logging_level=logging.ERROR,
+        log_to_driver=False,
+    )
+    return ray
