@@ -77,7 +77,7 @@ def _leg(side: str, s: float) -> list[Body]:
         Body(f"thigh_{side}", "pelvis", (0.0, s * 0.09, -0.03), 0.123, "zxy", _rod((0, 0, -0.03), (0, 0, -0.35), 0.07)),
         Body(f"shin_{side}", f"thigh_{side}", (0.0, 0.0, -0.42), 0.048, "y", _rod((0, 0, -0.04), (0, 0, -0.36), 0.05)),
         Body(f"foot_{side}", f"shin_{side}", (0.0, 0.0, -0.41), 0.010, "zxy", _box((-0.06, -0.045, -ANKLE_HEIGHT), (0.13, 0.045, -0.02))),
-        Body(f"toe_{side}", f"foot_{side}", (0.13, 0.0, 0.02 - ANKLE_HEIGHT), 0.002, "yxz", _box((0.0, -0.045, -0.02), (0.07, 0.045, 0.02))),
+        Body(f"toe_{side}", f"foot_{side}", (0.13, 0, 0.02 - ANKLE_HEIGHT), 0.002, "yxz", _box((0.0, -0.045, -0.02), (0.07, 0.045, 0.02))),
     ]  # fmt: skip
 
 

@@ -1,6 +1,7 @@
 """Where a clip jumps as no body can: swapped markers and joined takes, which nobody should be taught."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -30,5 +31,5 @@ def cut_at_jumps(motion: BodyMotion) -> list[BodyMotion]:
     if not len(jumps):
         return [motion]
     bounds = np.concat([[-1], jumps, [len(motion)]])
-    pieces = [motion.cut(int(before) + 1, int(after)) for before, after in zip(bounds[:-1], bounds[1:], strict=True) if after - before > 1]
+    pieces = [motion.cut(int(before) + 1, int(after)) for before, after in pairwise(bounds) if after - before > 1]
     return [replace(piece, name=f"{motion.name}#{number}") for number, piece in enumerate(pieces, start=1)]

@@ -34,6 +34,9 @@ _VIEW = np.radians(145.0)  # camera's direction from the figure's heading: seen 
 _ELEVATION = -9.0  # deg, MuJoCo's unit
 _HORIZON = [0.93, 0.95, 0.97]  # colour of the sky's rim
 _LIGHT_DISTANCE = 4.0  # m, from the camera's target
+# Long lenses: figures that stand beside each other are seen from the same side.
+_VIDEO_HEIGHT, _VIDEO_FIELD = 2.8, 18.0  # m, deg
+_STRIP_HEIGHT, _STRIP_FIELD = 2.25, 12.0  # m, deg
 _FOLLOW_SECONDS = 0.5  # the camera's path is the reference's, smoothed over this
 _EYE_HEIGHT = 0.85  # m, of the point that the camera looks at
 _PROBE = """
@@ -113,7 +116,7 @@ class Stage:
         RuntimeError: If nothing can be rendered here; ``can_render`` tells before.
     """
 
-    def __init__(self, width: int, height: int, field_of_view: float = 45.0, shadow_radius: float = 4.0, fine: bool = False) -> None:
+    def __init__(self, width: int, height: int, field_of_view: float, shadow_radius: float = 4.0, fine: bool = False) -> None:
         """Set up the ground, the light and the buffers.
 
         Args:
@@ -197,9 +200,9 @@ def render_pair(
     path = _camera_path(reference[:, :3], fps)
     azimuth = float(heading(reference[0, 3:7])) + _VIEW
     frames = []
-    with Stage(*size) as stage:
+    with Stage(*size, _VIDEO_FIELD) as stage:
         for t in shown:
-            camera = Camera(path[t], 3.4, azimuth)
+            camera = Camera(path[t], _distance(_VIDEO_HEIGHT, _VIDEO_FIELD), azimuth)
             colour = AGENT_COLOUR if lost_from is None or t < lost_from else LOST_COLOUR
             pair = [Figure(reference[t], REFERENCE_COLOUR, -0.75 * camera.right), Figure(agent[t], colour, 0.75 * camera.right)]
             frames.append(stage.picture(pair, camera))
@@ -216,6 +219,11 @@ def _camera_path(root: np.ndarray, fps: float) -> np.ndarray:
     return path
 
 
+def _distance(height: float, field_of_view: float) -> float:
+    """Return from how far [m] a picture shows so much height [m] at a field of view [deg]."""
+    return height / (2.0 * np.tan(np.radians(field_of_view) / 2.0))
+
+
 def save_picture(path: Path, reference: np.ndarray, agent: np.ndarray, moments: int = 7, size: tuple[int, int] = (1600, 420)) -> None:
     """Write a PNG strip of evenly spread moments, each with the agent and, as a ghost behind it, the reference.
 
@@ -228,16 +236,14 @@ def save_picture(path: Path, reference: np.ndarray, agent: np.ndarray, moments: 
     """
     width, height = size
     azimuth = float(heading(reference[0, 3:7])) + _VIEW
-    # A long lens: people at the strip's ends are seen from the same side as those in the middle.
-    view_height, field = 2.25, 12.0  # m, deg
-    camera = Camera(np.array([0.0, 0.0, _EYE_HEIGHT]), view_height / (2 * np.tan(np.radians(field) / 2)), azimuth)
-    spacing = view_height * width / height / moments
+    camera = Camera(np.array([0.0, 0.0, _EYE_HEIGHT]), _distance(_STRIP_HEIGHT, _STRIP_FIELD), azimuth)
+    spacing = _STRIP_HEIGHT * width / height / moments
     figures = []
     for place, t in enumerate(np.linspace(0, len(reference) - 1, moments).round().astype(int)):
         shift = spacing * (place - (moments - 1) / 2) * camera.right - reference[t, :3] * (1.0, 1.0, 0.0)
         figures.append(Figure(agent[t], AGENT_COLOUR, shift))
         figures.append(Figure(reference[t], (*REFERENCE_COLOUR[:3], GHOST_ALPHA), shift))
-    with Stage(width, height, field, shadow_radius=0.6 * spacing * moments, fine=True) as stage:
+    with Stage(width, height, _STRIP_FIELD, shadow_radius=0.6 * spacing * moments, fine=True) as stage:
         mediapy.write_image(path, stage.picture(figures, camera))
 
 

@@ -119,6 +119,7 @@ def _unfit(clip: BodyMotion) -> str:
 
 def _seen_by(clip: BodyMotion, card: dict[str, Any]) -> str:
     """Return which part of the run saw a clip or its performer, "" if none did."""
-    if clip.name in card["clips"] or clip.performer in card["performers"]:
+    trained = {name.partition("#")[0] for name in card["clips"]}  # pieces of a clip bear its name, then "#" and a number
+    if clip.name in trained or clip.performer in card["performers"]:
         return "training"
     return "model selection" if clip.performer == card["held_out"] else ""

@@ -32,7 +32,7 @@ from trainers.play import play, protocol, zero_residual
 from trainers.ppo_config import DataConfig, NetworkConfig, PpoConfig
 
 SPEC = MimicSpec()
-CARD = {"clips": ["stand_1"], "performers": ["ann"], "held_out": "bob"}
+CARD = {"clips": ["stand_1", "stand_2#1"], "performers": ["ann"], "held_out": "bob"}
 NAME = "take <1> & more"  # must not become HTML
 
 
@@ -169,10 +169,10 @@ def test_short_clips_and_stairs_are_left_out_and_named(monkeypatch: pytest.Monke
 
 
 def test_what_training_saw_is_marked(monkeypatch: pytest.MonkeyPatch) -> None:
-    clips = [standing("stand_1"), standing("x", performer="ann"), standing("y", performer="bob"), standing("z")]
+    clips = [standing("stand_1"), standing("stand_2"), standing("x", performer="ann"), standing("y", performer="bob"), standing("z")]
     monkeypatch.setattr(tested_clips, "_find", lambda *_: ("here", clips))
     found = choose_clips(DataConfig(), CARD, None, lambda _: None)
-    assert found.seen == {"stand_1": "training", "x": "training", "y": "model selection"}
+    assert found.seen == {"stand_1": "training", "stand_2": "training", "x": "training", "y": "model selection"}
 
 
 def test_by_default_the_clips_of_the_held_out_performer_are_tested(tmp_path: Path) -> None:

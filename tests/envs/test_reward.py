@@ -1,0 +1,154 @@
+"""Equations 4.6 to 4.10 by hand."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from envs.reward import Reward, discount, local_pose, position, reward, velocity
+from tests.envs.states import body, random_state, reference_of, t_pose, tensors
+
+
+def about_z(degrees: float) -> np.ndarray:
+    return Rotation.from_euler("z", degrees, degrees=True).as_matrix()
+
+
+def test_perfect_imitation_earns_three() -> None:
+    for state in (t_pose(), random_state(0)):
+        terms = reward(state, reference_of(state))
+        assert all(np.allclose(term, 1.0, atol=1e-6) for term in terms)
+        assert np.allclose(terms.total, 3.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("radians", [1e-4, 0.6, 2.5, np.pi])
+def test_local_pose_of_one_turned_joint(radians: float) -> None:
+    # A hand is a leaf, so one of 19 joints is off by the angle: exp(-2.5 angle / 19).
+    agent = t_pose()
+    agent.rot[0, body("hand_l")] = about_z(np.degrees(radians))
+    assert local_pose(agent, reference_of(t_pose()))[0] == pytest.approx(np.exp(-2.5 * radians / 19), rel=1e-9)
+
+
+def test_local_pose_counts_a_joint_on_either_side_of_a_turned_body() -> None:
+    # A shin turned alone, thigh and foot where they were: knee and ankle are off by 0.3 rad each.
+    agent = t_pose()
+    agent.rot[0, body("shin_l")] = about_z(np.degrees(0.3))
+    assert local_pose(agent, reference_of(t_pose()))[0] == pytest.approx(np.exp(-2.5 * 0.6 / 19))
+
+
+def test_local_pose_does_not_see_which_way_the_whole_body_faces() -> None:
+    # The root is no joint.
+    agent = t_pose()
+    agent.rot[:] = about_z(50) @ agent.rot
+    assert local_pose(agent, reference_of(t_pose()))[0] == pytest.approx(1.0)
+
+
+def test_position_of_a_displaced_body() -> None:
+    # All six face centres are off by d = 0.5 m: 6 x 0.5 over 20 bodies.
+    agent = t_pose()
+    agent.pos[0, body("hand_l")] += [0.3, 0.0, 0.4]
+    assert position(agent, reference_of(t_pose()))[0] == pytest.approx(np.exp(-6 * 0.5 / 20))
+
+
+def test_position_when_every_body_but_the_root_is_displaced() -> None:
+    # 19 of 20 bodies are off by 0.2 m: the nearest that eq. 4.7 comes to exp(-6 d).
+    agent = t_pose()
+    agent.pos[0, 1:] += [0.0, 0.2, 0.0]
+    assert position(agent, reference_of(t_pose()))[0] == pytest.approx(np.exp(-6 * 0.2 * 19 / 20))
+
+
+def test_position_is_relative_to_the_root() -> None:
+    # The whole body elsewhere is no error; the root alone elsewhere is an error of the 19 others.
+    agent, lone = t_pose(), t_pose()
+    agent.pos[:] += [3.0, -2.0, 1.0]
+    lone.pos[0, 0] += [0.0, 0.0, 0.1]
+    assert position(agent, reference_of(t_pose()))[0] == pytest.approx(1.0)
+    assert position(lone, reference_of(t_pose()))[0] == pytest.approx(np.exp(-6 * 0.1 * 19 / 20))
+
+
+def test_position_of_a_turned_body() -> None:
+    # 60 degrees about z move the face centres on x and y, 0.5 m out, by 2 x 0.5 x sin(30 degrees) = 0.5 m: four of them; those on
+    # z stay. 4 x 0.5 over 20 bodies.
+    agent = t_pose()
+    agent.rot[0, body("hand_l")] = about_z(60)
+    assert position(agent, reference_of(t_pose()))[0] == pytest.approx(np.exp(-4 * 0.5 / 20))
+
+
+def test_position_of_a_body_both_turned_and_displaced() -> None:
+    # Half a turn about z takes the faces on x and y to the other side, 1 m away; the body also moves by 0.3 along x:
+    # +x: |-1 + 0.3| = 0.7, -x: |1 + 0.3| = 1.3, +y and -y: sqrt(1 + 0.09) = 1.0440307 each, +z and -z: 0.3 each.
+    agent = t_pose()
+    agent.rot[0, body("hand_l")] = about_z(180)
+    agent.pos[0, body("hand_l"), 0] += 0.3
+    total = 0.7 + 1.3 + 2 * 1.0440307 + 2 * 0.3
+    assert position(agent, reference_of(t_pose()))[0] == pytest.approx(np.exp(-total / 20))
+
+
+def test_faces_turn_with_the_body_they_sit_on() -> None:
+    # Agent and reference share a body turned by 30 degrees; the agent's turns 60 degrees further about its own z.
+    agent, target = t_pose(), t_pose()
+    tilted = Rotation.from_euler("xyz", [30, -20, 70], degrees=True).as_matrix()
+    agent.rot[0, body("hand_l")], target.rot[0, body("hand_l")] = tilted @ about_z(60), tilted
+    assert position(agent, reference_of(target))[0] == pytest.approx(np.exp(-4 * 0.5 / 20))
+
+
+def test_velocity_of_a_body_that_moves() -> None:
+    # 2 m/s at all six face centres: 0.1 x 6 x 2 / 20.
+    agent = t_pose()
+    agent.lin_vel[0, body("foot_r")] = [0.0, -2.0, 0.0]
+    assert velocity(agent, reference_of(t_pose()))[0] == pytest.approx(np.exp(-0.1 * 6 * 2 / 20))
+
+
+def test_velocity_of_a_body_that_spins() -> None:
+    # 3 rad/s about z move the face centres on x and y, 0.5 m out, at 1.5 m/s: four of them.
+    agent = t_pose()
+    agent.ang_vel[0, body("foot_r")] = [0.0, 0.0, 3.0]
+    assert velocity(agent, reference_of(t_pose()))[0] == pytest.approx(np.exp(-0.1 * 4 * 1.5 / 20))
+
+
+def test_velocity_of_a_body_that_spins_and_moves() -> None:
+    # About z at 2 rad/s the face centres at +-x move at +-1 m/s along y, those at +-y at -+1 m/s along x. Moving at 1 m/s along
+    # y as well: 2, 0, sqrt(2), sqrt(2), and 1 for each on z.
+    agent = t_pose()
+    agent.ang_vel[0, body("foot_r")] = [0.0, 0.0, 2.0]
+    agent.lin_vel[0, body("foot_r")] = [0.0, 1.0, 0.0]
+    total = 2 + 0 + 2 * 2**0.5 + 2 * 1
+    assert velocity(agent, reference_of(t_pose()))[0] == pytest.approx(np.exp(-0.1 * total / 20))
+
+
+def test_velocity_is_relative_to_the_root() -> None:
+    # The whole body faster is no error; the root alone faster by 1 m/s is one of the 19 others.
+    agent, lone = t_pose(), t_pose()
+    agent.lin_vel[:] += [5.0, 0.0, 0.0]
+    lone.lin_vel[0, 0] = [1.0, 0.0, 0.0]
+    assert velocity(agent, reference_of(t_pose()))[0] == pytest.approx(1.0)
+    assert velocity(lone, reference_of(t_pose()))[0] == pytest.approx(np.exp(-0.1 * 6 * 1 * 19 / 20))
+
+
+@pytest.mark.parametrize(("distance", "expected"), [(0.0, 1.0), (0.2, 1.0), (0.5, 0.6), (0.9, 0.04), (1.0, 0.0)])
+def test_discount_of_a_lost_head(distance: float, expected: float) -> None:
+    # clamp(1.3 - 1.4 d, 0, 1): 1.3 - 0.28 is cut to 1; 1.3 - 0.7 = 0.6; 1.3 - 1.26 = 0.04; 1.3 - 1.4 is cut to 0.
+    agent = t_pose()
+    agent.pos[0, body("head")] += distance * np.array([0.6, 0.0, 0.8])
+    assert discount(agent, t_pose())[0] == pytest.approx(expected)
+
+
+def test_discount_scales_the_sum() -> None:
+    # The whole figure half a metre away: local pose, position and velocity are perfect, so 0.6 x 3.
+    agent = t_pose()
+    agent.pos[:] += [0.5, 0.0, 0.0]
+    assert reward(agent, reference_of(t_pose())).total[0] == pytest.approx(1.8)
+    # 0.5 x (0.2 + 0.3 + 0.4)
+    assert Reward(*np.array([0.2, 0.3, 0.4, 0.5])).total == pytest.approx(0.45)
+
+
+def test_worlds_do_not_mix() -> None:
+    agent, target = random_state(1), random_state(2)
+    together = reward(agent, reference_of(target))
+    for world in range(7):
+        one, other = (type(state)(*(array[world : world + 1] for array in state)) for state in (agent, target))
+        assert np.allclose([term[0] for term in reward(one, reference_of(other))], [term[world] for term in together])
+
+
+def test_torch_agrees_with_numpy() -> None:
+    agent, target = random_state(3), reference_of(random_state(4))
+    for mine, theirs in zip(reward(agent, target), reward(tensors(agent), tensors(target)), strict=True):  # type: ignore[arg-type]
+        assert np.allclose(mine, theirs.numpy(), rtol=1e-12)
