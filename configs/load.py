@@ -32,13 +32,16 @@ def load_config(cls: type[T], path: Path, overrides: list[str] | None = None) ->
         if "=" not in text:
             raise InputError(f"override '{text}' should have the form key.sub=value")
     try:
-        given = OmegaConf.merge(OmegaConf.load(path), OmegaConf.from_dotlist(overrides or []))
-        _check_keys(cls, cast(DictConfig, given), "", str(path))
-        merged = OmegaConf.merge(OmegaConf.structured(cls), given)
+        written, typed = OmegaConf.load(path), OmegaConf.from_dotlist(overrides or [])
+        _check_keys(cls, written, "", str(path))
+        _check_keys(cls, typed, "", "overrides")
+        merged = OmegaConf.merge(OmegaConf.structured(cls), written, typed)
         return cast(T, OmegaConf.to_object(merged))
-    except (YAMLError, OmegaConfBaseException, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
+    except InputError:
+        raise
+    except OmegaConfBaseException as error:  # the first line of its text says what is wrong, its key where
+        raise InputError(f"{path}: {error.full_key or 'the file'}: {str(error).splitlines()[0]}") from None
+    except (YAMLError, ValueError) as error:
         raise InputError(f"{path}: {' '.join(str(error).split())}") from None
 
 
@@ -47,7 +50,7 @@ def save_config(config: Any, path: Path) -> None:
     path.write_text(OmegaConf.to_yaml(OmegaConf.structured(config)))
 
 
-def _check_keys(cls: Any, given: DictConfig, prefix: str, where: str) -> None:
+def _check_keys(cls: Any, given: object, prefix: str, where: str) -> None:
     """Raise for the first key that the dataclass does not have, naming its nearest neighbour."""
     known = {field.name: field for field in fields(cls)}
     if not isinstance(given, DictConfig):
@@ -58,4 +61,4 @@ def _check_keys(cls: Any, given: DictConfig, prefix: str, where: str) -> None:
             raise InputError(f"{where}: unknown key '{prefix}{key}', did you mean '{prefix}{near[0]}'?")
         default = known[str(key)].default_factory() if callable(known[str(key)].default_factory) else known[str(key)].default  # type: ignore[misc]
         if is_dataclass(default):
-            _check_keys(type(default), cast(DictConfig, value), f"{prefix}{key}.", where)
+            _check_keys(type(default), value, f"{prefix}{key}.", where)

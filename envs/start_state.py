@@ -21,11 +21,12 @@ class StartSampler:
             library: The clips.
             clip_weights: How often each clip is drawn in the uniform share; by their length if None, shape (clips,).
         """
-        usable = [max(clip.frames - FRAMES_PER_STEP, 1) for clip in library.clips]  # a start needs a step behind it
-        counts = [-(-frames // BIN_FRAMES) for frames in usable]
+        usable = np.array([max(clip.frames - FRAMES_PER_STEP, 1) for clip in library.clips])  # a start needs a step behind it
+        counts = -(-usable // BIN_FRAMES)
+        self._usable = usable
         self.clip = np.repeat(np.arange(len(usable)), counts)
         self.first = np.concat([BIN_FRAMES * np.arange(count) for count in counts])  # frame within the clip
-        self.width = np.minimum(BIN_FRAMES, np.array(usable)[self.clip] - self.first)
+        self.width = np.minimum(BIN_FRAMES, usable[self.clip] - self.first)
         ends = np.cumsum(counts)
         self._offset = ends - counts
         # Row k: of each bin the one that comes k bins later, or the last of its clip.
@@ -43,6 +44,13 @@ class StartSampler:
         """Return how likely each bin is to be drawn, shape (bins,)."""
         hard = self.prior * (self.failure_rate[self._ahead].max(axis=0) + 1e-3)
         return UNIFORM_SHARE * self.prior + (1.0 - UNIFORM_SHARE) * hard / hard.sum()
+
+    def check(self, clip: np.ndarray, frame: np.ndarray) -> None:
+        """Raise a ValueError for starts, clips (n,) and frames within them, that ``draw`` could not return."""
+        if np.any((clip < 0) | (clip >= len(self._usable))):
+            raise ValueError(f"clip is {clip.tolist()}, should be from 0 to {len(self._usable) - 1}")
+        if np.any((frame < 0) | (frame >= self._usable[clip])):
+            raise ValueError(f"frame is {frame.tolist()}, should be from 0 to {(self._usable[clip] - 1).tolist()}")
 
     def draw(self, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         """Return ``count`` starts as clips (count,) and frames within them (count,)."""

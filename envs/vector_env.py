@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
 
 from datasets.body_state import BodyState
 from datasets.humanoid import HINGE_COUNT
@@ -18,6 +19,7 @@ from envs.physics_cpu import CpuPhysics
 from envs.reward import reward
 from envs.start_state import StartSampler
 
+OBSERVATION_LIMIT = 1e5  # m or m/s: more than bodies can reach while no degree of freedom exceeds the physics' MAX_SPEED
 _SPEED_FEED = (HINGE_KV / HINGE_KP).astype(np.float32)  # s: lets PD motors damp the error of the speed, eq. 4.1
 
 
@@ -61,10 +63,10 @@ class AdaptMimicVectorEnv(VectorEnv):
         self.metadata = {"render_modes": [], "render_fps": int(FPS / FRAMES_PER_STEP), "autoreset_mode": autoreset_mode}
         self.render_mode = None
         self._autoreset = autoreset_mode == AutoresetMode.SAME_STEP
-        self.single_observation_space = spaces.Box(-np.inf, np.inf, (self.task.observation_size,), np.float32)
+        self.single_observation_space = spaces.Box(-OBSERVATION_LIMIT, OBSERVATION_LIMIT, (self.task.observation_size,), np.float32)
         self.single_action_space = spaces.Box(-1.0, 1.0, (self.task.action_size,), np.float32)
-        self.observation_space = spaces.Box(-np.inf, np.inf, (num_envs, self.task.observation_size), np.float32)
-        self.action_space = spaces.Box(-1.0, 1.0, (num_envs, self.task.action_size), np.float32)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_slices = self.task.observation_slices
         self._residual = self.task.action_scale * np.eye(HINGE_COUNT, dtype=np.float32)[list(self.task.residual_hinges)]  # (A, 43) rad
         self._ahead = FRAMES_PER_STEP * np.array(self.task.preview, dtype=int)
@@ -87,6 +89,9 @@ class AdaptMimicVectorEnv(VectorEnv):
 
         Returns:
             Observations (N, O) and an empty info.
+
+        Raises:
+            ValueError: If the options name a clip or a frame that is none.
         """
         super().reset(seed=seed)
         if seed is not None:
@@ -94,7 +99,8 @@ class AdaptMimicVectorEnv(VectorEnv):
         options = options or {}
         worlds = np.flatnonzero(options.get("reset_mask", np.ones(self.num_envs, dtype=bool)))
         if "clip" in options:
-            clip, frame = np.asarray(options["clip"]), np.asarray(options["frame"])
+            clip, frame = np.asarray(options["clip"]), np.asarray(options.get("frame", 0))
+            self.starts.check(clip, frame)
         else:
             clip, frame = self.starts.draw(len(worlds), self.np_random)
         self._begin(worlds, clip, frame, options.get("frames", EPISODE_FRAMES))
@@ -110,8 +116,13 @@ class AdaptMimicVectorEnv(VectorEnv):
         Returns:
             Observations (N, O), rewards (N,), terminated (N,), truncated (N,), and the info: reward terms by name (N,),
             ``physics_failed`` (N,), and for worlds that ended ``final_obs`` and ``tracking`` with their masks.
+
+        Raises:
+            ValueError: If an action is no number: smoothing would keep it for good.
         """
         newest = np.asarray(actions, dtype=np.float32).clip(-1.0, 1.0)
+        if np.isnan(newest).any():
+            raise ValueError("actions hold numbers that are not finite, should be from -1 to 1")
         self._action = self.task.smoothing * newest + (1.0 - self.task.smoothing) * self._action
         self._row = np.minimum(self._row + FRAMES_PER_STEP, self._clip_end[self._clip])  # a world left ended holds the last frame
         reference = self.library.at(self._row)

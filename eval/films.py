@@ -1,5 +1,6 @@
 """Films of what the agent did: the clips that it followed best, worst, and in the middle."""
 
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -8,7 +9,7 @@ from rich.console import Console
 from envs.mimic_spec import FPS, FRAMES_PER_STEP
 from eval.examine import Track
 from eval.performance import Performance
-from eval.render import INSTALL_HINT, can_render, encode_mp4, poses, render_pair
+from eval.render import INSTALL_HINT, can_render, encode_mp4, poses, render_pair, save_picture
 
 
 class Video(NamedTuple):
@@ -34,11 +35,27 @@ def film(recorded: Track, console: Console) -> list[Video]:
     return videos
 
 
-def _film_clip(recorded: Track, clip: int, title: str, ratio: float) -> Video:
-    """Return the film of the window that is most like the clip's mean."""
+def picture(recorded: Track, path: Path) -> None:
+    """Write a strip of moments of the best clip, the agent before its reference's ghost; nothing where nothing renders."""
+    if not can_render():
+        return
+    ratios = [float(one.policy["episode_length_ratio"].mean()) for one in recorded.tracking]
+    best = int(np.argmax(ratios))
+    one, reference = _typical(recorded, best, ratios[best])
+    shown = min(one.survived + 1, len(one.poses))
+    save_picture(path, reference[:shown], one.poses[:shown])
+
+
+def _typical(recorded: Track, clip: int, ratio: float) -> tuple[Performance, np.ndarray]:
+    """Return the performance of a clip's window that is most like the clip's mean, and the reference's poses beside it."""
     windows = [one for one in recorded.performances if one.clip == clip]
     one = min(windows, key=lambda w: abs(_ratio(w) - ratio))
-    reference = poses(recorded.clips[clip])[one.frame :: FRAMES_PER_STEP][: len(one.poses)]
+    return one, poses(recorded.clips[clip])[one.frame :: FRAMES_PER_STEP][: len(one.poses)]
+
+
+def _film_clip(recorded: Track, clip: int, title: str, ratio: float) -> Video:
+    """Return the film of a clip's typical window."""
+    one, reference = _typical(recorded, clip, ratio)
     lost = one.survived if one.survived < len(one.poses) else None
     mp4 = encode_mp4(render_pair(reference, one.poses, FPS / FRAMES_PER_STEP, lost))
     seconds = one.survived * FRAMES_PER_STEP / FPS

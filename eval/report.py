@@ -12,7 +12,7 @@ from rich.console import Console
 
 from configs.errors import InputError
 from eval.examine import examine
-from eval.films import Video, film
+from eval.films import Video, film, picture
 from eval.render import INSTALL_HINT
 from eval.report_data import make_report
 from eval.report_page import make_page
@@ -45,7 +45,7 @@ def write_whole(path: Path, text: str) -> None:
 
 
 def evaluate(run: Run, out: Path, motions: list[str] | None, console: Console) -> None:
-    """Evaluate a run and write ``report.json`` and ``index.html`` into ``out``."""
+    """Evaluate a run and write ``report.json``, ``index.html`` and ``best.png`` into ``out``."""
     begin = time.monotonic()
     threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     torch.set_num_threads(threads)
@@ -63,6 +63,7 @@ def evaluate(run: Run, out: Path, motions: list[str] | None, console: Console) -
     out.mkdir(parents=True, exist_ok=True)
     write_whole(out / "report.json", text + "\n")
     write_whole(out / "index.html", page)
+    picture(recorded, out / "best.png")
     means = summarise(one.policy for one in recorded.tracking)
     console.print("   ".join(f"{name} {value['mean']:.3f} ± {value['std']:.3f}" for name, value in means.items()))
     console.print(f"report: {out / 'index.html'} and {out / 'report.json'}, {time.monotonic() - begin:.0f} s")

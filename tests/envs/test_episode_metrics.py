@@ -1,0 +1,37 @@
+"""Equations 4.11 to 4.15 by hand."""
+
+import numpy as np
+import pytest
+
+from envs.episode_metrics import TRACKING_METRICS, EpisodeMetrics
+
+
+def test_metrics_of_two_worlds_by_hand() -> None:
+    # World 0: two steps with rewards 1 and 2; the root is off by 0.3 and 0.4 m from the reference, 0.5 and 0 from the truth.
+    # Of the 20 frames it could have lasted, 10 steps: ratio 0.2, reward (1 + 2) / (3 x 10) = 0.1,
+    # squares (0.09 + 0.16) / 2 = 0.125 and 0.25 / 2 = 0.125.
+    metrics = EpisodeMetrics(3)
+    reference = np.zeros((3, 3))
+    for reward, off, truth in ((1.0, 0.3, [-0.2, 0, 0]), (2.0, 0.4, [0.4, 0, 0])):
+        metrics.add(np.full(3, reward), np.tile([off, 0, 0], (3, 1)), reference, np.tile(truth, (3, 1)))
+    found = metrics.of(np.array([0]), np.array([20]))
+    assert set(found) == set(TRACKING_METRICS)
+    expected = {"episode_length_ratio": 0.2, "root_mse": 0.125, "sr90": 0.0, "max_reward_ratio": 0.1, "root_mse_truth": 0.125}
+    assert {name: float(value[0]) for name, value in found.items()} == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(("frames", "survived"), [(20, 1.0), (22, 1.0), (24, 0.0)])
+def test_survival_is_nine_tenths_of_the_reference(frames: int, survived: float) -> None:
+    # Ten steps of 10, of 11 (0.909) and of 12 (0.833).
+    metrics = EpisodeMetrics(1)
+    for _ in range(10):
+        metrics.add(np.ones(1), *np.zeros((3, 1, 3)))
+    assert metrics.of(np.array([0]), np.array([frames]))["sr90"][0] == survived
+
+
+def test_reset_forgets_only_the_worlds_that_it_names() -> None:
+    metrics = EpisodeMetrics(2)
+    metrics.add(np.ones(2), *np.zeros((3, 2, 3)))
+    metrics.reset(np.array([1]))
+    metrics.add(np.ones(2), *np.zeros((3, 2, 3)))
+    assert metrics.of(np.array([0, 1]), np.array([20, 20]))["episode_length_ratio"].tolist() == [0.2, 0.1]
