@@ -106,16 +106,15 @@ class AdaptMimicEnv(gym.Env):  # noqa: D101 (its docstring is made from the spec
         if self.render_mode != "rgb_array":
             return None
         model = self.batch.physics.model
-        if self._renderer is None:
-            self._renderer = mujoco.Renderer(model, 480, 640)
+        self._renderer = renderer = self._renderer or mujoco.Renderer(model, 480, 640)
         data = mujoco.MjData(model)
         data.qpos[:] = self.batch.physics.poses()[0]
         mujoco.mj_forward(model, data)
         camera = mujoco.MjvCamera()
         camera.lookat[:] = data.qpos[:3]
         camera.distance, camera.azimuth, camera.elevation = 4.0, 135.0, -12.0
-        self._renderer.update_scene(data, camera)
-        return self._renderer.render()
+        renderer.update_scene(data, camera)
+        return renderer.render()
 
     def close(self) -> None:
         """Free the renderer."""

@@ -34,6 +34,7 @@ class MimicSpec:
         frame: Axes of the observed vectors: "world" (thesis) or "heading", the reference's heading, in which the same
             motion looks the same whichever way it faces.
         com_error: Whether the error of the centre of mass' position is observed; Table 4.1 cannot see it.
+        com_height: Whether the height of the centre of mass above the ground is observed; Table 4.1 cannot see the ground.
         preview: Control steps ahead at which the reference's bodies are observed as well.
         action_scale: Residual angle [rad] of an action of one.
         smoothing: Weight of the newest action, beta of eq. 4.5.
@@ -42,6 +43,7 @@ class MimicSpec:
     configuration: str = "adapt"
     frame: str = "world"
     com_error: bool = False
+    com_height: bool = False
     preview: tuple[int, ...] = ()
     action_scale: float = 1.0
     smoothing: float = 0.2
@@ -99,6 +101,8 @@ class MimicSpec:
             parts["com_pos_error"] = 3
         if self.preview:
             parts["preview_body_pos"] = bodies * len(self.preview)
+        if self.com_height:
+            parts["com_height"] = 1
         return parts
 
     @cached_property
@@ -128,6 +132,7 @@ PART_TEXT = {
     "body_vel_error": ("m/s", "body_vel less the same of the reference"),
     "smoothed_action": ("1", "actions of the step before, smoothed (eq. 4.5)"),
     "com_pos_error": ("m", "agent's centre of mass less the reference's"),
+    "com_height": ("m", "height of the agent's centre of mass above the ground"),
     "preview_body_pos": ("m", "reference's bodies, steps ahead, from the agent's centre of mass"),
 }
 

@@ -40,7 +40,8 @@ def observe(spec: MimicSpec, agent: BodyState, reference: Reference, smoothed_ac
         vectors = _turn_back(vectors, reference.facing)
     flat = vectors.reshape(len(vectors), -1)
     additions = spec.observation_slices["smoothed_action"].start + 2  # columns 11 and 14 are left out: what is not horizontal
-    return xp.concat([flat[:, :11], flat[:, 12:14], flat[:, 15:additions], smoothed_action, flat[:, additions:]], axis=1)
+    parts = [flat[:, :11], flat[:, 12:14], flat[:, 15:additions], smoothed_action, flat[:, additions:]]
+    return xp.concat([*parts, agent.com[:, 2:]] if spec.com_height else parts, axis=1)
 
 
 def _turn_back(vectors: Array, facing: Array) -> Array:

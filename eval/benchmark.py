@@ -19,11 +19,13 @@ BENCHMARKS: dict[str, Callable[[str, int, Callable[[], None]], Speed]] = {"env":
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; return the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m eval.benchmark", description="Measure speed against peers and the limit of the machine.")
+    parser = argparse.ArgumentParser(
+        prog="python -m eval.benchmark", description="Measure speed against peers and the limit of the machine."
+    )
     parser.add_argument("name", choices=sorted(BENCHMARKS), help="which benchmark")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there as well")
     parser.add_argument("--motions", default=SYNTHETIC, metavar="PATH", help="motion source (default: synthetic)")
-    parser.add_argument("--rounds", type=int, default=16, help="rounds of which medians are taken (default: 16)")
+    parser.add_argument("--rounds", type=int, default=20, help="rounds of which medians are taken (default: 20)")
     options = parser.parse_args(arguments)
     try:
         _check(options)

@@ -34,12 +34,12 @@ class Tape(CpuPhysics):
         """Begin a new recording here."""
         self.begin = self.get_state()
         self.targets: list[np.ndarray] = []
-        self.resets: dict[int, list[tuple[np.ndarray, np.ndarray, np.ndarray]]] = defaultdict(list)
+        self.resets: dict[int, list[tuple[np.ndarray, np.ndarray]]] = defaultdict(list)  # by step: worlds and states (n, S)
 
     def reset(self, worlds: np.ndarray, pose: np.ndarray, vel: np.ndarray) -> None:
-        """Note and reset."""
-        self.resets[len(self.targets)].append((worlds, pose, vel))
+        """Reset and note."""
         super().reset(worlds, pose, vel)
+        self.resets[len(self.targets)].append((worlds, self._batch.state[worlds]))
 
     def step(self, targets: np.ndarray) -> np.ndarray:
         """Note and step."""
@@ -51,7 +51,7 @@ class BareBatch:
     """The native batch alone, on a tape's states and controls: no observation, no reward, no sensors."""
 
     def __init__(self, tape: Tape, worlds: int, threads: int) -> None:
-        """Build as many simulations as the tape has, on as many threads."""
+        """Build as many simulations as the tape has, on as many threads, in the quickest way of the batch: sharing memory."""
         self._tape, self._batch = tape, Batch(_bare_model(), nsim=worlds, nthread=threads)
 
     def prepare(self) -> None:
@@ -60,13 +60,12 @@ class BareBatch:
 
     def run(self) -> int:
         """Repeat the recording; return the control steps of all worlds."""
-        qpos, qvel, ctrl = (self._batch.bind(name) for name in ("qpos", "qvel", "ctrl"))
+        qpos, ctrl = self._batch.bind("qpos"), self._batch.bind("ctrl")
         for count, targets in enumerate(self._tape.targets):
             ctrl[:] = targets
             self._batch.step(nstep=SUBSTEPS)
-            for worlds, pose, vel in self._tape.resets[count + 1]:
-                self._batch.reset(worlds, stage=mujoco.mjtStage.mjSTAGE_NONE)
-                qpos[worlds], qvel[worlds] = pose, vel
+            for worlds, states in self._tape.resets[count + 1]:
+                self._batch.state[worlds] = states
         _check_same_way(qpos, self._tape)
         return len(self._tape.targets) * len(qpos)
 
@@ -89,26 +88,30 @@ class BareStep:
         for count, targets in enumerate(self._tape.targets):
             data.ctrl[:] = targets[0]
             mujoco.mj_step(model, data, SUBSTEPS)
-            for _, pose, vel in self._tape.resets[count + 1]:
-                mujoco.mj_resetData(model, data)
-                data.qpos[:], data.qvel[:] = pose[0], vel[0]
+            for _, states in self._tape.resets[count + 1]:
+                mujoco.mj_setState(model, data, states[0], _STATE)
         _check_same_way(data.qpos[None], self._tape)
         return len(self._tape.targets)
 
 
-def benchmark_env(motions: str, rounds: int = 16, after_round: Callable[[], None] = lambda: None) -> Speed:
+def benchmark_env(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> Speed:
     """Return the rates of our envs, of bare MuJoCo below them and of Gymnasium's vector envs of our single env.
 
     Args:
         motions: Motion source.
-        rounds: How many rounds are kept; a round takes about three seconds.
+        rounds: How many rounds are kept; a round takes about two seconds.
         after_round: Called after each round.
     """
     return measure_envs(motion_library(motions), rounds, after_round=after_round)
 
 
 def measure_envs(
-    library: MotionLibrary, rounds: int, worlds: int = 128, peer_worlds: int = 8, steps: int = 20, after_round: Callable[[], None] = lambda: None
+    library: MotionLibrary,
+    rounds: int,
+    worlds: int = 128,
+    peer_worlds: int = 8,
+    steps: int = 20,
+    after_round: Callable[[], None] = lambda: None,
 ) -> Speed:
     """Return the same of a library and sizes; ``steps`` control steps of ``worlds`` worlds make a block of the vector env."""
     # Processes first, threads later: a fork of a process with threads is asking for trouble.
@@ -119,7 +122,7 @@ def measure_envs(
     contenders = [
         *_vector_pair(library, worlds, 1, steps),
         *_vector_pair(library, worlds, 2, steps),
-        *_single_pair(library, steps * peer_worlds),
+        *_single_pair(library, 20 * steps),
         *(_peer(name, env, 2 * steps) for name, env in peers.items()),
     ]
     try:
@@ -139,8 +142,14 @@ def _vector_pair(library: MotionLibrary, worlds: int, threads: int, steps: int) 
     plural = f"{threads} thread{'s' * (threads > 1)}"
     limit = f"bare MuJoCo, {plural}"
     return (
-        Contender(f"vector env, {plural}", f"AdaptMimicVectorEnv, {worlds} worlds, autoreset", _stepping(env, steps), tape.rewind, limit),
-        Contender(limit, f"mujoco.batch on the states and controls of the row above, {worlds} worlds", bare.run, bare.prepare),
+        Contender(
+            f"vector env, {plural}",
+            f"ours, native: {worlds} worlds with observation, reward and autoreset",
+            _stepping(env, steps),
+            tape.rewind,
+            limit,
+        ),
+        Contender(limit, "mujoco.batch.Batch alone, through the same states and controls", bare.run, bare.prepare),
     )
 
 
@@ -162,7 +171,9 @@ def _single_pair(library: MotionLibrary, steps: int) -> tuple[Contender, Contend
 
     return (
         Contender("single env", 'gymnasium.make("AdaptMimic-v0")', run, tape.rewind, "bare mj_step"),
-        Contender("bare mj_step", f"mujoco.mj_step(model, data, {SUBSTEPS}) on the states and controls of the row above", bare.run, bare.prepare),
+        Contender(
+            "bare mj_step", f"mujoco.mj_step(model, data, {SUBSTEPS}) alone, through the same states and controls", bare.run, bare.prepare
+        ),
     )
 
 

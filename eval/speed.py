@@ -1,8 +1,8 @@
 """Times ways of doing the same work in turns, so that whatever else the machine does slows all of them alike."""
 
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -60,7 +60,11 @@ class Speed:
         """Return what goes into the JSON file; ``rows`` holds every contender's rate and its ratio to its own limit."""
         ours = next(one for one in self.contenders if one.name == self.ours)
         rows = {
-            one.name: {"rate": self.rate(one.name), "limit": one.limit or None, "ratio": self.ratio(one.name, one.limit) if one.limit else None}
+            one.name: {
+                "rate": self.rate(one.name),
+                "limit": one.limit or None,
+                "ratio": self.ratio(one.name, one.limit) if one.limit else None,
+            }
             for one in self.contenders
         }
         return {
@@ -79,10 +83,11 @@ class Speed:
         rounds = len(self.rates[self.ours])
         table = Table(
             title=f"{self.benchmark}: {self.unit}",
-            caption=f"medians of {rounds} interleaved rounds; ratios are medians of each round's own; times = {self.ours} over this row",
+            caption=f"medians of {rounds} interleaved rounds; ratios are medians of each round's own; ours is {self.ours}",
         )
-        for column, justify in (("what", "left"), (self.unit, "right"), ("of its limit", "right"), ("times", "right")):
-            table.add_column(column, justify=justify)
+        table.add_column("what")
+        for column in (self.unit, "of its limit", "ours over it"):
+            table.add_column(column, justify="right")
         for one in self.contenders:
             share = f"{self.ratio(one.name, one.limit):.2f}" if one.limit else ""
             times = f"{self.ratio(self.ours, one.name):.2f}"
@@ -105,8 +110,8 @@ def interleave(contenders: Sequence[Contender], rounds: int, after_round: Callab
     for _ in range(rounds + 1):
         for one in contenders:
             one.prepare()
-            begin = time.perf_counter()
+            begin = perf_counter()
             done = one.run()
-            rates[one.name].append(done / (time.perf_counter() - begin))
+            rates[one.name].append(done / (perf_counter() - begin))
         after_round()
     return {name: np.array(values[1:]) for name, values in rates.items()}

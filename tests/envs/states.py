@@ -1,6 +1,7 @@
 """States of bodies for tests of the task: made by hand, or drawn at random."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import torch
@@ -59,12 +60,11 @@ def random_state(seed: int, worlds: int = 7) -> BodyState:
     return BodyState(pos, rot, lin_vel, ang_vel, pos.mean(axis=1), lin_vel.mean(axis=1))
 
 
-def tensors(value: np.ndarray | tuple) -> object:
-    """Return the same arrays as tensors, tuples and named tuples kept."""
+def tensors(value: Any) -> Any:
+    """Return the same with tensors for arrays."""
     if isinstance(value, np.ndarray):
         return torch.from_numpy(value.copy())
-    parts = [tensors(part) for part in value]
-    return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
+    return type(value)(*(tensors(part) for part in value))
 
 
 def carry(env: AdaptMimicVectorEnv) -> None:

@@ -56,13 +56,11 @@ def test_make_vec_gives_the_native_env(library: MotionLibrary) -> None:
 def test_gymnasiums_vector_wrappers_work(library: MotionLibrary) -> None:
     env = RecordEpisodeStatistics(gymnasium.make_vec("AdaptMimic-v0", num_envs=2, motions=library))
     env.reset(seed=0, options={"clip": np.array([1, 0]), "frame": np.array([81, 0])})
-    total = 0.0
-    for _ in range(4):  # frames 81 to 89: four steps
-        _, rewards, _, truncated, info = env.step(np.zeros((2, 20), dtype=np.float32))
-        total += float(rewards[0])
-    assert truncated.tolist() == [True, False]
-    assert info["episode"]["l"][0] == 4
-    assert info["episode"]["r"][0] == pytest.approx(total)
+    steps = [env.step(np.zeros((2, 20), dtype=np.float32)) for _ in range(4)]  # frames 81 to 89: four steps
+    assert steps[-1][3].tolist() == [True, False]
+    episode = steps[-1][4]["episode"]
+    assert episode["l"][0] == 4
+    assert episode["r"][0] == pytest.approx(sum(step[1][0] for step in steps))
 
 
 def test_single_env_is_a_vector_env_of_one(library: MotionLibrary) -> None:
@@ -70,15 +68,16 @@ def test_single_env_is_a_vector_env_of_one(library: MotionLibrary) -> None:
     observation, _ = single.reset(seed=4)
     assert np.array_equal(observation, vector.reset(seed=4)[0][0])
     rng = np.random.default_rng(0)
-    ended = False
-    while not ended:
+    while True:
         action = rng.uniform(-1, 1, 20).astype(np.float32)
         observation, reward, terminated, truncated, info = single.step(action)
         observations, rewards, terminations, truncations, batch_info = vector.step(action[None])
         assert (reward, terminated, truncated) == (rewards[0], terminations[0], truncations[0])
         assert info["reward/position"] == batch_info["reward/position"][0]
-        ended = terminated or truncated
-        assert np.array_equal(observation, (batch_info["final_obs"] if ended else observations)[0])
+        if terminated or truncated:
+            break
+        assert np.array_equal(observation, observations[0])
+    assert np.array_equal(observation, batch_info["final_obs"][0])
     assert info["tracking"] == {name: value[0] for name, value in batch_info["tracking"].items()}
 
 

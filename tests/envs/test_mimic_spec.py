@@ -1,5 +1,7 @@
 """Sizes, slices and refusals of the task's variants."""
 
+from itertools import pairwise
+
 import pytest
 
 from datasets.humanoid import HINGES, NAMES
@@ -14,15 +16,16 @@ def test_the_thesis_observes_273_numbers() -> None:
 
 
 def test_slices_follow_each_other() -> None:
-    slices = MimicSpec(com_error=True, preview=(1, 3)).observation_slices
+    slices = MimicSpec(com_error=True, com_height=True, preview=(1, 3)).observation_slices
     edges = [(part.start, part.stop) for part in slices.values()]
     assert edges[0] == (0, 3)
-    assert all(before[1] == after[0] for before, after in zip(edges, edges[1:], strict=False))
+    assert all(before[1] == after[0] for before, after in pairwise(edges))
     assert slices["body_pos"] == slice(13, 73)
     assert slices["smoothed_action"] == slice(253, 273)
-    # 3 numbers of the centre of mass, 2 x 60 of the bodies ahead.
+    # 3 numbers of the centre of mass, 2 x 60 of the bodies ahead, 1 height.
     assert slices["com_pos_error"] == slice(273, 276)
     assert slices["preview_body_pos"] == slice(276, 396)
+    assert slices["com_height"] == slice(396, 397)
 
 
 def test_other_configurations() -> None:

@@ -35,7 +35,7 @@ def turned(state: BodyState) -> BodyState:
 
 
 def test_every_part_by_hand() -> None:
-    spec = MimicSpec(com_error=True, preview=(1,))
+    spec = MimicSpec(com_error=True, com_height=True, preview=(1,))
     agent, reference = hand_made()
     ahead = np.zeros((1, 1, 20, 3))
     ahead[0, 0, body("head")] = [7, 7, 7]
@@ -56,6 +56,7 @@ def test_every_part_by_hand() -> None:
     assert np.allclose(found["smoothed_action"], ACTION[0])
     assert np.allclose(found["com_pos_error"], [0, 1, 2])
     assert np.allclose(found["preview_body_pos"][head], [6, 5, 4])  # (7, 7, 7) - (1, 2, 3)
+    assert np.allclose(found["com_height"], [3])
 
 
 def test_drecon_observes_its_six_bodies() -> None:
@@ -68,13 +69,13 @@ def test_drecon_observes_its_six_bodies() -> None:
 
 
 def test_world_axes_turn_with_the_world() -> None:
-    spec = MimicSpec(com_error=True, preview=(1, 2))
+    spec = MimicSpec(com_error=True, com_height=True, preview=(1, 2))
     agent, target = random_state(0, 1), random_state(1, 1)
     ahead = np.random.default_rng(2).normal(size=(1, 2, 20, 3))
     before = parts(spec, observe(spec, agent, reference_of(target), ACTION, ahead))
     after = parts(spec, observe(spec, turned(agent), reference_of(turned(target)), ACTION, ahead @ TURN.T))
     for name, values in before.items():
-        if name == "smoothed_action":
+        if name in ("smoothed_action", "com_height"):
             expected = values
         else:
             width = 2 if "horizontal" in name else 3
@@ -84,14 +85,14 @@ def test_world_axes_turn_with_the_world() -> None:
 
 
 def test_heading_axes_do_not_see_which_way_the_world_is_turned() -> None:
-    spec = MimicSpec(frame="heading", com_error=True, preview=(1, 2))
+    spec = MimicSpec(frame="heading", com_error=True, com_height=True, preview=(1, 2))
     agent, target = random_state(0), random_state(1)
     ahead = np.random.default_rng(2).normal(size=(7, 2, 20, 3))
     action = np.tile(ACTION, (7, 1))
     before = observe(spec, agent, reference_of(target), action, ahead)
     after = observe(spec, turned(agent), reference_of(turned(target)), action, ahead @ TURN.T)
     assert np.allclose(before, after)
-    assert not np.allclose(before, observe(MimicSpec(com_error=True, preview=(1, 2)), agent, reference_of(target), action, ahead))
+    assert not np.allclose(before, observe(MimicSpec(com_error=True, com_height=True, preview=(1, 2)), agent, reference_of(target), action, ahead))
 
 
 def test_heading_axes_by_hand() -> None:
@@ -105,7 +106,7 @@ def test_heading_axes_by_hand() -> None:
     assert np.allclose(found["horizontal_vel_error"], [2, -3])
 
 
-@pytest.mark.parametrize("spec", [MimicSpec(), MimicSpec("drecon", "heading"), MimicSpec("full", com_error=True, preview=(1, 4))])
+@pytest.mark.parametrize("spec", [MimicSpec(), MimicSpec("drecon", "heading"), MimicSpec("full", com_error=True, com_height=True, preview=(1, 4))])
 def test_torch_agrees_with_numpy_and_the_size_is_the_specs(spec: MimicSpec) -> None:
     agent, reference = random_state(3), reference_of(random_state(4))
     rng = np.random.default_rng(5)
@@ -113,4 +114,11 @@ def test_torch_agrees_with_numpy_and_the_size_is_the_specs(spec: MimicSpec) -> N
     found = observe(spec, agent, reference, action, ahead if spec.preview else None)
     assert found.shape == (7, spec.observation_size)
     inputs = (tensors(agent), tensors(reference), tensors(action), tensors(ahead) if spec.preview else None)
-    assert np.allclose(found, observe(spec, *inputs).numpy(), rtol=1e-12)  # type: ignore[arg-type]
+    assert np.allclose(found, observe(spec, *inputs).numpy(), rtol=1e-12)
+
+
+def test_the_height_of_the_centre_of_mass_comes_last_and_has_no_heading() -> None:
+    spec = MimicSpec(frame="heading", com_height=True)
+    agent, reference = hand_made()
+    assert spec.observation_size == 274  # one more than Table 4.1
+    assert np.allclose(observe(spec, agent, reference, ACTION, None)[:, -1], agent.com[:, 2])

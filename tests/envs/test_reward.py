@@ -150,5 +150,5 @@ def test_worlds_do_not_mix() -> None:
 
 def test_torch_agrees_with_numpy() -> None:
     agent, target = random_state(3), reference_of(random_state(4))
-    for mine, theirs in zip(reward(agent, target), reward(tensors(agent), tensors(target)), strict=True):  # type: ignore[arg-type]
+    for mine, theirs in zip(reward(agent, target), reward(tensors(agent), tensors(target)), strict=True):
         assert np.allclose(mine, theirs.numpy(), rtol=1e-12)

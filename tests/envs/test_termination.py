@@ -71,7 +71,7 @@ def test_worlds_are_judged_one_by_one_and_torch_agrees() -> None:
     states = [lowered("pelvis", "spine", "chest"), t_pose(), lowered("chest", "head", "spine")]
     together = BodyState(*(np.concat(arrays) for arrays in zip(*states, strict=True)))
     assert fallen(together).tolist() == [True, False, True]
-    assert fallen(tensors(together)).tolist() == [True, False, True]  # type: ignore[arg-type]
+    assert fallen(tensors(together)).tolist() == [True, False, True]
     many = random_state(5, 200)
-    assert fallen(many).tolist() == fallen(tensors(many)).tolist()  # type: ignore[arg-type]
+    assert fallen(many).tolist() == fallen(tensors(many)).tolist()
     assert 0 < fallen(many).sum() < 200
