@@ -20,11 +20,11 @@ def test_metrics_of_two_worlds_by_hand() -> None:
     assert {name: float(value[0]) for name, value in found.items()} == pytest.approx(expected)
 
 
-@pytest.mark.parametrize(("frames", "survived"), [(20, 1.0), (22, 1.0), (24, 0.0)])
-def test_survival_is_nine_tenths_of_the_reference(frames: int, survived: float) -> None:
-    # Ten steps of 10, of 11 (0.909) and of 12 (0.833).
+@pytest.mark.parametrize(("steps", "frames", "survived"), [(10, 20, 1.0), (9, 20, 1.0), (10, 24, 0.0), (134, 300, 0.0), (135, 300, 1.0)])
+def test_survival_is_nine_tenths_of_the_reference(steps: int, frames: int, survived: float) -> None:
+    # 10 of 10, exactly 9 of 10, 10 of 12 (0.833), 134 and 135 of 150 (0.893, 0.9).
     metrics = EpisodeMetrics(1)
-    for _ in range(10):
+    for _ in range(steps):
         metrics.add(np.ones(1), *np.zeros((3, 1, 3)))
     assert metrics.of(np.array([0]), np.array([frames]))["sr90"][0] == survived
 

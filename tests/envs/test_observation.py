@@ -92,7 +92,9 @@ def test_heading_axes_do_not_see_which_way_the_world_is_turned() -> None:
     before = observe(spec, agent, reference_of(target), action, ahead)
     after = observe(spec, turned(agent), reference_of(turned(target)), action, ahead @ TURN.T)
     assert np.allclose(before, after)
-    assert not np.allclose(before, observe(MimicSpec(com_error=True, com_height=True, preview=(1, 2)), agent, reference_of(target), action, ahead))
+    assert not np.allclose(
+        before, observe(MimicSpec(com_error=True, com_height=True, preview=(1, 2)), agent, reference_of(target), action, ahead)
+    )
 
 
 def test_heading_axes_by_hand() -> None:
@@ -106,7 +108,9 @@ def test_heading_axes_by_hand() -> None:
     assert np.allclose(found["horizontal_vel_error"], [2, -3])
 
 
-@pytest.mark.parametrize("spec", [MimicSpec(), MimicSpec("drecon", "heading"), MimicSpec("full", com_error=True, com_height=True, preview=(1, 4))])
+@pytest.mark.parametrize(
+    "spec", [MimicSpec(), MimicSpec("drecon", "heading"), MimicSpec("full", com_error=True, com_height=True, preview=(1, 4))]
+)
 def test_torch_agrees_with_numpy_and_the_size_is_the_specs(spec: MimicSpec) -> None:
     agent, reference = random_state(3), reference_of(random_state(4))
     rng = np.random.default_rng(5)

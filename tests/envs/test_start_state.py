@@ -60,6 +60,9 @@ def test_episodes_begin_up_to_a_second_before_others_fail() -> None:
     expected = 0.03 + 0.7 * np.array([easy, hard, hard, hard, easy, *[easy] * 5]) / total
     assert np.allclose(starts.probabilities(), expected)
     assert starts.probabilities().sum() == pytest.approx(1.0)
+    # A failure at the start of the second clip makes nothing hard at the end of the first.
+    starts.failure_rate[:] = [0, 0, 0, 0, 0, 1, 0, 0, 0, 0]
+    assert np.allclose(starts.probabilities(), 0.03 + 0.7 * np.array([*[easy] * 5, hard, *[easy] * 4]) / (hard + 9 * easy))
 
 
 def test_draws_follow_the_probabilities_and_reach_both_ends() -> None:

@@ -27,7 +27,8 @@ def at(clip: list[int], frame: list[int], **options: list[int]) -> dict[str, np.
 
 def equal(a: Step, b: Step) -> bool:
     """Return whether two steps are the same to the bit, infos included."""
-    infos = a[4].keys() == b[4].keys() and all(np.array_equal(a[4][key], b[4][key]) for key in a[4] if key != "tracking")
+    mine, theirs = ({**step[4], **step[4].get("tracking", {}), "tracking": None} for step in (a, b))
+    infos = mine.keys() == theirs.keys() and all(np.array_equal(mine[key], theirs[key]) for key in mine)
     return infos and all(np.array_equal(x, y) for x, y in zip(a[:4], b[:4], strict=True))
 
 
@@ -190,6 +191,16 @@ def test_a_fall_terminates_and_a_lost_reference_too(library: MotionLibrary) -> N
     assert rewards[1] == 0.0
     assert info["_tracking"].tolist() == [True, True, False]
     assert not info["physics_failed"].any()
+
+
+def test_losing_the_reference_at_the_very_end_is_a_termination(library: MotionLibrary) -> None:
+    env = AdaptMimicVectorEnv(library, 1)
+    env.reset(options=at([0], [0], frames=[2]))
+    pose = library.start_pose[:1].copy()
+    pose[0, 1] += 1.0
+    env.physics.reset(np.array([0]), pose, np.zeros((1, 49)))
+    _, _, terminated, truncated, _ = env.step(np.zeros((1, 20)))
+    assert (terminated[0], truncated[0]) == (True, False)
 
 
 def test_worlds_restart_in_the_same_step_and_show_their_last_observation(library: MotionLibrary) -> None:
