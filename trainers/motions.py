@@ -4,7 +4,7 @@ import hashlib
 import inspect
 import json
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,7 @@ from datasets.mixture import clip_weights, pick_holdout
 from datasets.motion import BodyMotion
 from datasets.motion_library import ClipInfo, MotionLibrary
 from datasets.roles import read_mapping
-from datasets.sources import load_clips
+from datasets.sources import load_clips, read_index
 from trainers.ppo_config import DataConfig
 
 LEFT_OUT_KINDS = ("stairs",)  # the simulated ground is flat
@@ -96,20 +96,24 @@ def wear_suits(clips: list[BodyMotion], config: DataConfig) -> tuple[list[BodyMo
         for take in range(config.suit_clips):
             seed = int(np.random.SeedSequence((config.seed, index, take)).generate_state(1)[0])
             faulty = simulate_suit(clip, seed=seed, severity=config.suit_severity).faulty
+            if take:
+                faulty = replace(faulty, name=f"{faulty.name}{take + 1}")
             suited.append(faulty)
             truths[faulty.name] = clip
     return suited, truths
 
 
 def _fingerprint(config: DataConfig) -> str:
-    """Return a key of everything that a prepared library depends on: settings, files and the code of ``datasets``."""
+    """Return a key of everything that a prepared library depends on: settings, files, credits and the code of ``datasets``."""
     digest = hashlib.sha256(json.dumps({**asdict(config), "holdout": "", "suit_share": 0}, sort_keys=True).encode())
     source = Path(config.motions)
     files = [source] if source.is_file() else sorted(source.rglob("*.[bB][vV][hH]"))
     code = sorted(Path(inspect.getfile(BodyMotion)).parent.glob("*.py"))
-    for file in [*files, *code, *([Path(config.mapping)] if config.mapping else [])]:
+    for file in [*files, *code, *(path for path in [Path(config.mapping)] if path.is_file())]:
         digest.update(str(file.relative_to(source) if file in files and source.is_dir() else file.name).encode())
         digest.update(file.read_bytes())
+    if files:
+        digest.update(repr(sorted(read_index(files[0]).items())).encode())
     return digest.hexdigest()[:16]
 
 
