@@ -92,12 +92,12 @@ class MotionLibrary:
     fps: float
 
     @classmethod
-    def of(cls, motions: list[BodyMotion], truths: dict[str, BodyMotion] | None = None) -> Self:
+    def of(cls, motions: list[BodyMotion], truths: list[BodyMotion] | None = None) -> Self:
         """Pack clips.
 
         Args:
             motions: Clips of one rate, at least one.
-            truths: By name of a faulty clip, the clean clip behind it, of the same length and rate.
+            truths: For each clip the clean clip behind it, of the same length and rate; each clip itself if None.
 
         Returns:
             The library.
@@ -109,7 +109,7 @@ class MotionLibrary:
             raise ValueError("a motion library needs at least one clip")
         if len({motion.fps for motion in motions}) > 1:
             raise ValueError("the clips of a motion library differ in their frame rate")
-        packed = [_pack(motion, (truths or {}).get(motion.name, motion)) for motion in motions]
+        packed = [_pack(motion, truth) for motion, truth in zip(motions, truths or motions, strict=True)]
         starts = np.cumsum([0, *(len(motion) for motion in motions)])
         clips = tuple(ClipInfo(m.name, m.performer, m.system, m.kind, int(s), len(m)) for m, s in zip(motions, starts, strict=False))
         arrays = {key: np.concat([one[key] for one in packed]) for key in packed[0]}

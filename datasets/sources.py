@@ -16,9 +16,10 @@ from datasets.roles import Mapping
 SYNTHETIC = "synthetic"
 FPS = 60.0
 INDEX = "motions.csv"
+ROUGH_GROUND_KINDS = ("stairs", "steps", "climb")  # need another ground than a flat one
 KINDS = (
     "walk", "run", "dash", "jog", "jump", "hop", "kick", "punch", "martial", "salsa", "dance", "indian", "bow", "bye",
-    "wave", "raise", "stairs", "steps", "squat", "sit", "stand", "turn", "crawl", "throw", "climb",
+    "wave", "raise", "squat", "sit", "stand", "turn", "crawl", "throw",
 )  # in a file's name, first match  # fmt: skip
 
 
@@ -51,7 +52,7 @@ def load_clips(source: str | os.PathLike[str], mapping: Mapping | None = None, f
 
         return [resample(clip, fps) for clip in synthetic_clips(seed=seed)]
     paths = find_files(source)
-    names, index = _unique_names(paths), read_index(paths[0])
+    names, index = unique_names(paths), read_index(paths[0])
     clips = []
     for path, name in zip(paths, names, strict=True):
         clip = resample(retarget(read_capture(path, mapping)).motion, fps)
@@ -102,12 +103,19 @@ def credit(path: Path, index: dict[Path, Credit]) -> Credit:
 
 
 def _kind(text: str) -> str:
-    """Return the first kind of motion that a text names."""
-    found = [(text.lower().find(kind), kind) for kind in KINDS if kind in text.lower()]
+    """Return the kind of motion that a text names: of other ground wherever it stands ("walk up stairs"), else the first."""
+    text = text.lower()
+    rough = [kind for kind in ROUGH_GROUND_KINDS if kind in text]
+    if rough:
+        return rough[0]
+    found = [(text.find(kind), kind) for kind in KINDS if kind in text]
     return min(found)[1] if found else "unknown"
 
 
-def _unique_names(paths: list[Path]) -> list[str]:
-    """Return the files' stems, with their folder in front where two would be the same."""
-    stems = [path.stem for path in paths]
-    return [stem if stems.count(stem) == 1 else f"{path.parent.name}/{stem}" for path, stem in zip(paths, stems, strict=True)]
+def unique_names(files: list[Path]) -> list[str]:
+    """Return the files' stems; with their folder, or their whole path, in front where others have the same."""
+    stems, longer = [file.stem for file in files], [f"{file.parent.name}/{file.stem}" for file in files]
+    return [
+        stem if stems.count(stem) == 1 else name if longer.count(name) == 1 else str(file)
+        for file, stem, name in zip(files, stems, longer, strict=True)
+    ]

@@ -14,13 +14,15 @@ AHEAD = 3  # bins: an episode should begin up to this long before the place wher
 class StartSampler:
     """Draws start frames from half-second bins by how often episodes that pass a bin fail in it."""
 
-    def __init__(self, library: MotionLibrary, clip_weights: np.ndarray | None = None) -> None:
+    def __init__(self, library: MotionLibrary, clip_weights: np.ndarray | None = None, adaptive: bool = True) -> None:
         """Divide the clips into bins.
 
         Args:
             library: The clips.
             clip_weights: How often each clip is drawn in the uniform share; by their length if None, shape (clips,).
+            adaptive: Whether failures matter; otherwise all starts are the uniform share.
         """
+        self._uniform = UNIFORM_SHARE if adaptive else 1.0
         usable = np.array([max(clip.frames - FRAMES_PER_STEP, 1) for clip in library.clips])  # a start needs a step behind it
         counts = -(-usable // BIN_FRAMES)
         self._usable = usable
@@ -43,7 +45,7 @@ class StartSampler:
     def probabilities(self) -> np.ndarray:
         """Return how likely each bin is to be drawn, shape (bins,)."""
         hard = self.prior * (self.failure_rate[self._ahead].max(axis=0) + 1e-3)
-        return UNIFORM_SHARE * self.prior + (1.0 - UNIFORM_SHARE) * hard / hard.sum()
+        return self._uniform * self.prior + (1.0 - self._uniform) * hard / hard.sum()
 
     def check(self, clip: np.ndarray, frame: np.ndarray) -> None:
         """Raise a ValueError for starts, clips (n,) and frames within them, that ``draw`` could not return."""

@@ -39,6 +39,7 @@ class AdaptMimicVectorEnv(VectorEnv):
         threads: int = 1,
         autoreset_mode: AutoresetMode = AutoresetMode.SAME_STEP,
         clip_weights: np.ndarray | None = None,
+        adaptive_starts: bool = False,
     ) -> None:
         """Build the simulations.
 
@@ -49,6 +50,7 @@ class AdaptMimicVectorEnv(VectorEnv):
             threads: Native threads that step the worlds.
             autoreset_mode: SAME_STEP or DISABLED.
             clip_weights: How often each clip is drawn; by length if None, shape (clips,).
+            adaptive_starts: Whether episodes begin more often where they fail, instead of at any frame alike.
 
         Raises:
             ValueError: If the library's rate is not 60 fps or the autoreset mode is another.
@@ -59,7 +61,7 @@ class AdaptMimicVectorEnv(VectorEnv):
             raise ValueError("autoreset_mode should be SAME_STEP or DISABLED")
         self.num_envs, self.library, self.task = num_envs, library, task or MimicSpec()
         self.physics = CpuPhysics(num_envs, threads)
-        self.starts = StartSampler(library, clip_weights)
+        self.starts = StartSampler(library, clip_weights, adaptive_starts)
         self.metadata = {"render_modes": [], "render_fps": int(FPS / FRAMES_PER_STEP), "autoreset_mode": autoreset_mode}
         self.render_mode = None
         self._autoreset = autoreset_mode == AutoresetMode.SAME_STEP
@@ -137,7 +139,8 @@ class AdaptMimicVectorEnv(VectorEnv):
         rewards = terms.total
         terminated = failed | termination.lost(terms.discount) | termination.fallen(agent)
         truncated = ~terminated & (self._row + FRAMES_PER_STEP > self._last)
-        self._metrics.add(rewards, agent.pos[:, 0], reference.body.pos[:, 0], reference.truth_root + self._anchor)
+        root = np.where(failed[:, None], reference.body.pos[:, 0], agent.pos[:, 0])  # an exploded root is nowhere
+        self._metrics.add(rewards, root, reference.body.pos[:, 0], reference.truth_root + self._anchor)
         observation = self._observe(slice(None), agent, reference)
         info: dict[str, Any] = {f"reward/{name}": term for name, term in terms._asdict().items()}
         info["physics_failed"] = failed

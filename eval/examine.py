@@ -32,24 +32,23 @@ class Track:
     compared: float
 
 
-def examine(run: Run, clips: list[BodyMotion], truths: dict[str, BodyMotion], threads: int, console: Console, label: str) -> Track:
+def examine(run: Run, clips: list[BodyMotion], truths: list[BodyMotion] | None, threads: int, console: Console, label: str) -> Track:
     """Play the protocol on clips, tell each result in a line, and measure artefacts.
 
     Args:
         run: With the policy.
         clips: To play, possibly none.
-        truths: By name of a clip, the clean one behind it.
+        truths: For each clip the clean one behind it, None where none is known.
         threads: Native threads.
         console: To tell progress.
         label: What the clips are, for people.
     """
     if not clips:
         return Track([], [], [], {}, 0.0)
-    library = MotionLibrary.of(clips, truths)
     found: list[ClipTracking] = []
     with console.status(f"{label}: preparing {len(clips)} clips") as status:
         library = MotionLibrary.of(clips, truths)
-        playing = track(run.policy.act, library, run.spec, threads, bool(truths))
+        playing = track(run.policy.act, library, run.spec, threads, truths is not None)
         for number, clip in enumerate(library.clips, start=1):
             status.update(f"{label}: playing {clip.name}, {len(clips) - number + 1} left")
             one = next(playing)
@@ -63,13 +62,13 @@ def examine(run: Run, clips: list[BodyMotion], truths: dict[str, BodyMotion], th
 
 
 def _artefacts(
-    performances: list[Performance], clips: list[BodyMotion], truths: dict[str, BodyMotion]
+    performances: list[Performance], clips: list[BodyMotion], truths: list[BodyMotion] | None
 ) -> tuple[dict[str, dict[str, dict[str, float]]], float]:
     """Return the artefacts before and after by name of the clip, and the share of the windows' frames that they are of."""
     by_name: dict[str, list[Comparison]] = {}
     for one in performances:
         clip = clips[one.clip]
-        comparison = compare(one, clip, truths.get(clip.name))
+        comparison = compare(one, clip, truths[one.clip] if truths else None)
         if comparison is not None:
             by_name.setdefault(clip.name, []).append(comparison)
     compared = sum(comparison.frames for comparisons in by_name.values() for comparison in comparisons)

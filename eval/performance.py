@@ -93,10 +93,17 @@ def compare(performance: Performance, reference: BodyMotion, truth: BodyMotion |
         return None
     first = performance.frame
     last = first + FRAMES_PER_STEP * (performance.survived - 1) + 1
-    original = reference.cut(first, last)
-    clean = None if truth is None else _anchored(truth.cut(first, last), original)
+    original = _as_seen_at_control_steps(reference.cut(first, last))
+    clean = None if truth is None else _anchored(_as_seen_at_control_steps(truth.cut(first, last)), original)
     agent = as_motion(performance.poses[: performance.survived], reference)
     return Comparison(artefacts(original, clean), artefacts(agent, clean, original), last - first)
+
+
+def _as_seen_at_control_steps(motion: BodyMotion) -> BodyMotion:
+    """Return a clip at 60 fps from each second frame of it: what is known of the agent, so that both sides are smoothed alike."""
+    every = slice(None, None, FRAMES_PER_STEP)
+    seldom = replace(motion, root_position=motion.root_position[every], local_rotations=motion.local_rotations[every])
+    return resample(replace(seldom, fps=FPS / FRAMES_PER_STEP), FPS)
 
 
 def _anchored(truth: BodyMotion, reference: BodyMotion) -> BodyMotion:

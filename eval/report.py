@@ -53,7 +53,7 @@ def evaluate(run: Run, out: Path, motions: list[str] | None, console: Console) -
         tested = choose_clips(run.config.data, run.card, motions, status.update)
     minutes = sum(clip.seconds for clip in tested.recorded) / 60.0
     console.print(f"{len(tested.recorded)} clips of {tested.source}, {minutes:.1f} minutes; {len(tested.left_out)} left out")
-    recorded = examine(run, tested.recorded, {}, threads, console, "as recorded")
+    recorded = examine(run, tested.recorded, None, threads, console, "as recorded")
     suited = examine(run, tested.suited, tested.truths, threads, console, "through a suit")
     videos = film(recorded, console)
     report = make_report(run, tested, recorded, suited, time.monotonic() - begin)

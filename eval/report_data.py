@@ -51,7 +51,7 @@ def make_report(run: Run, tested: TestedClips, recorded: Track, suited: Track, s
 
 def _clip_rows(tested: TestedClips, recorded: Track, suited: Track) -> list[dict[str, Any]]:
     """Return what was found on each clip."""
-    by_truth = {tested.truths[one.clip.name].name: one for one in suited.tracking}
+    by_truth = {truth.name: one for truth, one in zip(tested.truths, suited.tracking, strict=True)}
     rows = []
     for one in recorded.tracking:
         clip, through = one.clip, by_truth.get(one.clip.name)

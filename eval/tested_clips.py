@@ -8,13 +8,12 @@ from typing import Any
 from configs.errors import InputError
 from datasets.motion import BodyMotion
 from datasets.roles import read_mapping
-from datasets.sources import FPS, SYNTHETIC, credit, find_files, load_clips, read_index
-from trainers.motions import LEFT_OUT_KINDS, wear_suits
+from datasets.sources import FPS, ROUGH_GROUND_KINDS, SYNTHETIC, credit, find_files, load_clips, read_index, unique_names
+from trainers.motions import FAULTY_SYSTEMS, wear_suits
 from trainers.play import SHORTEST
 from trainers.ppo_config import DataConfig
 
 OTHER_SEED = 1000  # added to a run's seed, so that synthetic performers are others than those it trained on
-FAULTY_SYSTEMS = ("imu", "imu_suit")  # their clips are no truth that a simulated suit could be compared with
 
 
 @dataclass(frozen=True)
@@ -25,7 +24,7 @@ class TestedClips:
         source: Where the clips come from, for people.
         recorded: Clips as recorded, at 60 fps, of unique names.
         suited: What a simulated IMU suit makes of those that are no IMU recordings themselves.
-        truths: By name of a suited clip, the clip behind it.
+        truths: For each suited clip the clip behind it.
         left_out: By name of a clip that is not evaluated, why.
         seen: By name of a recorded clip, "training" or "model selection" where that saw the clip or its performer.
     """
@@ -33,7 +32,7 @@ class TestedClips:
     source: str
     recorded: list[BodyMotion]
     suited: list[BodyMotion]
-    truths: dict[str, BodyMotion]
+    truths: list[BodyMotion]
     left_out: dict[str, str]
     seen: dict[str, str]
 
@@ -95,24 +94,15 @@ def _read(files: list[Path], config: DataConfig, say: Callable[[str], None]) -> 
     """Return the clips of files, under names that are unique."""
     mapping = read_mapping(config.mapping) if config.mapping else None
     clips = []
-    for number, (file, name) in enumerate(zip(files, _unique_names(files), strict=True), start=1):
+    for number, (file, name) in enumerate(zip(files, unique_names(files), strict=True), start=1):
         say(f"reading {number}/{len(files)} {file}")
         clips.append(replace(load_clips(file, mapping)[0], name=name))
     return clips
 
 
-def _unique_names(files: list[Path]) -> list[str]:
-    """Return the files' stems; with their folder, as in training, or their whole path where others have the same."""
-    stems, longer = [file.stem for file in files], [f"{file.parent.name}/{file.stem}" for file in files]
-    return [
-        stem if stems.count(stem) == 1 else name if longer.count(name) == 1 else str(file)
-        for file, stem, name in zip(files, stems, longer, strict=True)
-    ]
-
-
 def _unfit(clip: BodyMotion) -> str:
     """Return why a clip is not evaluated, "" if it is."""
-    if clip.kind in LEFT_OUT_KINDS:
+    if clip.kind in ROUGH_GROUND_KINDS:
         return f"{clip.kind}: the simulated ground is flat"
     return f"lasts {clip.seconds:.2f} s, under {SHORTEST / FPS:g} s" if len(clip) < SHORTEST else ""
 

@@ -3,8 +3,10 @@
 import hashlib
 import inspect
 import json
+import os
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -18,10 +20,10 @@ from datasets.mixture import clip_weights, pick_holdout
 from datasets.motion import BodyMotion
 from datasets.motion_library import ClipInfo, MotionLibrary
 from datasets.roles import read_mapping
-from datasets.sources import load_clips, read_index
+from datasets.sources import ROUGH_GROUND_KINDS, load_clips, read_index
 from trainers.ppo_config import DataConfig
 
-LEFT_OUT_KINDS = ("stairs",)  # the simulated ground is flat
+FAULTY_SYSTEMS = ("imu", "imu_suit")  # what they recorded is no truth, and needs no simulated suit
 SHORTEST = 1.0  # s; from less nothing can be learnt
 
 
@@ -40,6 +42,12 @@ class PreparedMotions:
     weights: np.ndarray
     holdout: MotionLibrary
     held_out: str
+
+    @property
+    def identity(self) -> str:
+        """What tells this motion from another: a resumed run must go on with the same."""
+        clips = [(clip.name, clip.frames) for clip in (*self.training.clips, *self.holdout.clips)]
+        return hashlib.sha256(json.dumps(clips).encode()).hexdigest()
 
 
 def prepare_motions(config: DataConfig, cache: Path, say: Callable[[str], None]) -> PreparedMotions:
@@ -65,6 +73,8 @@ def prepare_motions(config: DataConfig, cache: Path, say: Callable[[str], None])
     performers = sorted({clip.performer for clip in library.clips})
     if held_out not in ("none", *performers):
         raise InputError(f"data.holdout is '{held_out}', should be auto, none or one of {', '.join(performers)}")
+    if performers == [held_out]:
+        raise InputError(f"data.holdout is '{held_out}', the only performer: nothing is left to train on; hold out none")
     training = library.select([clip.performer != held_out for clip in library.clips])
     holdout = library.select([held_out in ("none", clip.performer) for clip in library.clips])
     return PreparedMotions(training, clip_weights(training.clips, config.suit_share), holdout, held_out)
@@ -74,7 +84,7 @@ def build_library(config: DataConfig, say: Callable[[str], None]) -> MotionLibra
     """Return all clips of a source with their simulated suit recordings, packed."""
     mapping = read_mapping(config.mapping) if config.mapping else None
     recorded = load_clips(config.motions, mapping, seed=config.seed)
-    level = [clip for clip in recorded if clip.kind not in LEFT_OUT_KINDS]
+    level = [clip for clip in recorded if clip.kind not in ROUGH_GROUND_KINDS]
     whole = [part for clip in level for part in cut_at_jumps(clip)]
     usable = [clip for clip in whole if clip.seconds >= SHORTEST]
     if not usable:
@@ -83,23 +93,21 @@ def build_library(config: DataConfig, say: Callable[[str], None]) -> MotionLibra
     say(
         f"{len(recorded)} clips, {given / 60:.1f} minutes; {seconds / 60:.1f} minutes in {len(usable)} pieces on flat ground, without jumps"
     )
-    suited, truths = wear_suits(usable, config)
+    suited, truths = wear_suits([clip for clip in usable if clip.system not in FAULTY_SYSTEMS], config)
     if suited:
         say(f"{len(suited)} recordings through simulated IMU suits of severity {config.suit_severity:g}")
-    return MotionLibrary.of([*usable, *suited], truths)
+    return MotionLibrary.of([*usable, *suited], [*usable, *truths])
 
 
-def wear_suits(clips: list[BodyMotion], config: DataConfig) -> tuple[list[BodyMotion], dict[str, BodyMotion]]:
-    """Return what simulated suits make of clips, and by their names the clean clips behind them."""
-    suited, truths = [], {}
+def wear_suits(clips: list[BodyMotion], config: DataConfig) -> tuple[list[BodyMotion], list[BodyMotion]]:
+    """Return what simulated suits make of clean clips, and for each of them the clean clip behind it."""
+    suited, truths = [], []
     for index, clip in enumerate(clips):
         for take in range(config.suit_clips):
             seed = int(np.random.SeedSequence((config.seed, index, take)).generate_state(1)[0])
             faulty = simulate_suit(clip, seed=seed, severity=config.suit_severity).faulty
-            if take:
-                faulty = replace(faulty, name=f"{faulty.name}{take + 1}")
-            suited.append(faulty)
-            truths[faulty.name] = clip
+            suited.append(replace(faulty, name=f"{faulty.name}{take + 1}") if take else faulty)
+            truths.append(clip)
     return suited, truths
 
 
@@ -108,7 +116,8 @@ def _fingerprint(config: DataConfig) -> str:
     digest = hashlib.sha256(json.dumps({**asdict(config), "holdout": "", "suit_share": 0}, sort_keys=True).encode())
     source = Path(config.motions)
     files = [source] if source.is_file() else sorted(source.rglob("*.[bB][vV][hH]"))
-    code = sorted(Path(inspect.getfile(BodyMotion)).parent.glob("*.py"))
+    code = [*sorted(Path(inspect.getfile(BodyMotion)).parent.glob("*.py")), Path(__file__)]
+    digest.update(f"scipy {version('scipy')}, vqf {version('vqf')}".encode())
     for file in [*files, *code, *(path for path in [Path(config.mapping)] if path.is_file())]:
         digest.update(str(file.relative_to(source) if file in files and source.is_dir() else file.name).encode())
         digest.update(file.read_bytes())
@@ -120,7 +129,7 @@ def _fingerprint(config: DataConfig) -> str:
 def _write_library(library: MotionLibrary, path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     metadata = {"clips": json.dumps([asdict(clip) for clip in library.clips]), "fps": json.dumps(library.fps)}
-    temporary = path.with_suffix(".tmp")
+    temporary = path.with_suffix(f".{os.getpid()}.tmp")
     save_file(library.arrays(), temporary, metadata=metadata)
     temporary.replace(path)
 

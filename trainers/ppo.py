@@ -12,7 +12,7 @@ from configs.errors import InputError
 from configs.load import load_config, save_config
 from trainers.checkpoint import load_newest, save_checkpoint
 from trainers.model_selection import ModelSelection
-from trainers.motions import prepare_motions
+from trainers.motions import PreparedMotions, prepare_motions
 from trainers.ppo_config import PpoConfig
 from trainers.ppo_learner import PpoLearner
 from trainers.progress import Clock, Stop
@@ -22,7 +22,6 @@ from trainers.run_log import RunLog, commit_of_code, make_console
 
 def train(config: PpoConfig, resume: bool) -> Path:
     """Run a training to its end, or until it is asked to stop; return the run's folder."""
-    stop = Stop()
     console = make_console()
     folder = Path(config.runs_dir) / config.name
     if resume and load_newest(folder / "checkpoints") is None:
@@ -31,13 +30,16 @@ def train(config: PpoConfig, resume: bool) -> Path:
     if not resume:
         move_aside(folder, console.print)
     folder.mkdir(parents=True, exist_ok=True)
-    save_config(config, folder / "config.yaml")
     learner = PpoLearner(config)
     selection = ModelSelection(config, motions, folder)
-    with RunLog(folder, console, config) as log, RolloutPool(config, motions.training, motions.weights) as pool:
-        clock = _resume(folder, learner, pool, log) if resume else Clock()
+    with RolloutPool(config, motions.training, motions.weights) as pool:
+        clock = _resume(folder, learner, pool, motions) if resume else Clock()
+        save_config(config, folder / "config.yaml")
+        log = RunLog(folder, console, config, clock)
         log.say(f"{len(motions.training.clips)} training clips; held out: {motions.held_out}; code {commit_of_code()}")
-        log.score("zero residual", 0, selection.zero_residual())
+        if not resume:
+            log.score("zero residual", 0, selection.zero_residual())
+        stop = Stop(log.say)  # after Ray, which listens to the same signals
         while clock.progress(config) < 1.0 and not stop.asked:
             begin, progress = time.monotonic(), clock.progress(config)
             rollouts = pool.collect(learner.weights(), learner.sigma(progress))
@@ -47,12 +49,13 @@ def train(config: PpoConfig, resume: bool) -> Path:
             samples = sum(rollout.samples for rollout in rollouts)
             clock = replace(clock, iteration=clock.iteration + 1, samples=clock.samples + samples, seconds=clock.seconds + spent)
             log.iteration(clock, rollouts, diagnostics, {"total": samples / spent, "collect": samples / (collected - begin)})
-            finished = clock.progress(config) >= 1.0 or stop.asked
-            if finished or clock.iteration % config.evaluate_every == 0:
+            if clock.progress(config) >= 1.0 or clock.iteration % config.evaluate_every == 0:
                 clock = _evaluate(selection, learner, clock, log)
-            if finished or clock.iteration % config.checkpoint_every == 0:
-                _save(folder, learner, pool, clock)
-        log.say(f"stopped and saved; go on with --resume: {folder}" if stop.asked else f"done: {folder}/best/policy.safetensors")
+            if stop.asked or clock.progress(config) >= 1.0 or clock.iteration % config.checkpoint_every == 0:
+                _save(folder, learner, pool, motions, clock)
+        finished = clock.progress(config) >= 1.0
+        log.say(f"done: {folder}/best/policy.safetensors" if finished else f"stopped and saved; go on with --resume: {folder}")
+        log.close()
     return folder
 
 
@@ -76,19 +79,20 @@ def _evaluate(selection: ModelSelection, learner: PpoLearner, clock: Clock, log:
     return clock
 
 
-def _resume(folder: Path, learner: PpoLearner, pool: RolloutPool, log: RunLog) -> Clock:
+def _resume(folder: Path, learner: PpoLearner, pool: RolloutPool, motions: PreparedMotions) -> Clock:
+    """Put learner and collectors into the state of the newest checkpoint; return its clock."""
     newest = load_newest(folder / "checkpoints")
     assert newest is not None  # train looked
     tree, path = newest
+    if tree["motions"] != motions.identity or tree["learner"]["policy"].keys() != learner.weights().keys():
+        raise InputError(f"{path} was trained on other motion or with another network; resume with the config and the clips of then")
     learner.set_state(tree["learner"])
     pool.set_state(tree["actors"])
-    clock = Clock(**tree["clock"])
-    log.say(f"resumed from {path}, {clock.samples / 1e6:.2f} M steps")
-    return clock
+    return Clock(**tree["clock"])
 
 
-def _save(folder: Path, learner: PpoLearner, pool: RolloutPool, clock: Clock) -> None:
-    tree = {"learner": learner.get_state(), "actors": pool.get_state(), "clock": asdict(clock)}
+def _save(folder: Path, learner: PpoLearner, pool: RolloutPool, motions: PreparedMotions, clock: Clock) -> None:
+    tree = {"learner": learner.get_state(), "actors": pool.get_state(), "clock": asdict(clock), "motions": motions.identity}
     save_checkpoint(folder / "checkpoints", clock.iteration, tree)
 
 
@@ -100,7 +104,11 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("overrides", nargs="*", metavar="key.sub=value", help="change the config, such as learner.epochs=4")
     options = parser.parse_intermixed_args(arguments)
     try:
-        train(load_config(PpoConfig, options.config, options.overrides), options.resume)
+        config = load_config(PpoConfig, options.config, options.overrides)
+        of_run = Path(config.runs_dir) / config.name / "config.yaml"
+        if options.resume and of_run.is_file():  # a run goes on as it began, but for what is typed now
+            config = load_config(PpoConfig, of_run, options.overrides)
+        train(config, options.resume)
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2

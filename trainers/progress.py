@@ -1,6 +1,7 @@
 """How far a run has come, and whether it was asked to stop."""
 
 import signal
+from collections.abc import Callable
 from dataclasses import dataclass
 from types import FrameType
 
@@ -32,9 +33,10 @@ class Clock:
 class Stop:
     """Becomes ``asked`` when the user or the system asks the run to end: the iteration is finished and saved first."""
 
-    def __init__(self) -> None:
-        """Listen to Ctrl-C and SIGTERM."""
+    def __init__(self, say: Callable[[str], None]) -> None:
+        """Listen to Ctrl-C and SIGTERM; ``say`` is told when one comes."""
         self.asked = False
+        self._say = say
         for name in (signal.SIGINT, signal.SIGTERM):
             signal.signal(name, self._ask)
 
@@ -42,3 +44,4 @@ class Stop:
         if self.asked:  # asked twice: at once
             raise KeyboardInterrupt
         self.asked = True
+        self._say("stopping after this iteration; once more stops at once, without saving")

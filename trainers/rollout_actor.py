@@ -34,7 +34,9 @@ class RolloutActor:
         self._horizon = config.collect.horizon
         spec: MimicSpec = config.task
         library = MotionLibrary.from_arrays(clips, arrays, fps)
-        self.env = AdaptMimicVectorEnv(library, config.collect.envs, spec, config.collect.threads, clip_weights=weights)
+        self.env = AdaptMimicVectorEnv(
+            library, config.collect.envs, spec, config.collect.threads, clip_weights=weights, adaptive_starts=True
+        )
         self.policy = Policy(spec.observation_size, spec.action_size, config.network.hidden, config.network.activation)
         seeds = np.random.SeedSequence((config.seed, index)).generate_state(2)
         self._random = torch.Generator().manual_seed(int(seeds[0]))

@@ -5,7 +5,6 @@ import subprocess
 import time
 from collections import deque
 from pathlib import Path
-from typing import Self
 
 import numpy as np
 from rich.console import Console
@@ -38,12 +37,12 @@ def commit_of_code() -> str:
 
 
 class RunLog:
-    """Writes the numbers of each iteration, and a line of progress every few seconds. Use as a context."""
+    """Writes the numbers of each iteration, and a line of progress every few seconds."""
 
-    def __init__(self, folder: Path, console: Console, config: PpoConfig) -> None:
-        """Open the log of the run in ``folder``."""
+    def __init__(self, folder: Path, console: Console, config: PpoConfig, clock: Clock) -> None:
+        """Open the log of the run in ``folder``; what an interrupted run wrote beyond ``clock`` is void."""
         logging.getLogger("tensorboard").setLevel(logging.ERROR)
-        self._writer = SummaryWriter(str(folder))
+        self._writer = SummaryWriter(str(folder), purge_step=clock.samples + 1 if clock.samples else None)
         self._console, self._config = console, config
         self._recent: deque[dict[str, np.ndarray]] = deque(maxlen=RECENT)
         self._last_line = 0.0
@@ -93,11 +92,7 @@ class RunLog:
         progress = f"{done:5.1%}  {clock.samples / 1e6:7.2f} M steps  {speed:6.0f} steps/s  {minutes:d}:{seconds:02d} left"
         self.say(f"{progress}   {_metrics_text(metrics)}")
 
-    def __enter__(self) -> Self:
-        """Return the log."""
-        return self
-
-    def __exit__(self, *_: object) -> None:
+    def close(self) -> None:
         """Flush everything."""
         self._writer.close()
 

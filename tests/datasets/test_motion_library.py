@@ -115,7 +115,7 @@ def test_hinge_speeds_have_a_limit() -> None:
 
 def test_truth_is_the_clean_clips_root() -> None:
     clean, faulty = gliding("clean", 10, 1.0), gliding("faulty", 10, 1.6)
-    at = MotionLibrary.of([clean, faulty], {"faulty": clean}).at(np.array([6, 16]))
+    at = MotionLibrary.of([clean, faulty], [clean, clean]).at(np.array([6, 16]))
     # After 6 frames: 1 m/s x 0.1 s and 1.6 m/s x 0.1 s; the truth of both is the clean one's.
     assert np.allclose(at.body.pos[:, 0, 0], [0.1, 0.16])
     assert np.allclose(at.truth_root[:, 0], [0.1, 0.1])
@@ -158,7 +158,7 @@ def test_bad_sets_of_clips_are_refused() -> None:
     with pytest.raises(ValueError, match="differ in their frame rate"):
         MotionLibrary.of([gliding("one", 4, 1.0), replace(gliding("two", 4, 1.0), fps=30.0)])
     with pytest.raises(ValueError, match="faulty and its clean clip differ in length"):
-        MotionLibrary.of([gliding("faulty", 4, 1.0)], {"faulty": gliding("clean", 5, 1.0)})
+        MotionLibrary.of([gliding("faulty", 4, 1.0)], [gliding("clean", 5, 1.0)])
 
 
 def test_axis_velocity_by_hand() -> None:

@@ -291,7 +291,7 @@ def test_truth_is_anchored_at_the_start(library: MotionLibrary) -> None:
     clean = posed({}, 120)
     drift = clean.root_position + 0.6 * np.arange(120)[:, None] / 60.0 * [1.0, 0.0, 0.0]
     faulty = type(clean)(drift, clean.local_rotations, 60.0, "faulty")
-    env = AdaptMimicVectorEnv(MotionLibrary.of([faulty], {"faulty": clean}), 1)
+    env = AdaptMimicVectorEnv(MotionLibrary.of([faulty], [clean]), 1)
     env.reset(options=at([0], [60], frames=[10]))
     for _ in range(4):
         carry(env)

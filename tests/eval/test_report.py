@@ -162,7 +162,7 @@ def test_short_clips_and_stairs_are_left_out_and_named(monkeypatch: pytest.Monke
     assert [clip.name for clip in found.recorded] == ["ok", "suit"]
     assert found.left_out == {"short": "lasts 1.98 s, under 2 s", "up": "stairs: the simulated ground is flat"}
     assert [clip.name for clip in found.suited] == ["ok_suit"]  # a suit's own recording is no truth for another
-    assert found.truths["ok_suit"] is clips[0]
+    assert found.truths == [clips[0]]
     monkeypatch.setattr(tested_clips, "_find", lambda *_: ("here", clips[1:3]))
     with pytest.raises(InputError, match="none of 2 clips is on flat ground and at least 2 s long"):
         choose_clips(DataConfig(), CARD, None, lambda _: None)

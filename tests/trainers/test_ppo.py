@@ -1,7 +1,10 @@
 """The main job on a small scale: it trains, stops, resumes and says what is wrong."""
 
+import os
+import signal
 import subprocess
 import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,6 +13,7 @@ import pytest
 
 from agents.policy import Policy
 from configs.errors import InputError
+from tests.trainers.conftest import standing
 from trainers import ppo
 from trainers.checkpoint import load_newest
 from trainers.ppo_config import CollectConfig, PpoConfig
@@ -44,7 +48,7 @@ def test_resumed_equals_uninterrupted(tiny: PpoConfig, monkeypatch: pytest.Monke
     whole = ppo.train(replace(tiny, name="whole"), resume=False)
 
     class StopAfterFour(ppo.Stop):
-        def __init__(self) -> None:
+        def __init__(self, say: object) -> None:
             self.asks = 0
 
         @property
@@ -58,6 +62,42 @@ def test_resumed_equals_uninterrupted(tiny: PpoConfig, monkeypatch: pytest.Monke
     assert final_state(parts)["clock"]["iteration"] == 4
     ppo.train(replace(tiny, name="parts"), resume=True)
     same(final_state(whole), final_state(parts))
+    best = [Policy.load(folder / "best" / "policy.safetensors")[0].state_dict() for folder in (whole, parts)]
+    same({name: tensor.numpy() for name, tensor in best[0].items()}, {name: tensor.numpy() for name, tensor in best[1].items()})
+
+
+def test_other_motion_is_not_resumed(tiny: PpoConfig, monkeypatch: pytest.MonkeyPatch) -> None:
+    ppo.train(tiny, resume=False)
+    others = [standing("one", "ann", 300), standing("two", "bob", 130)]
+    monkeypatch.setattr("trainers.motions.load_clips", lambda *_, **__: others)
+    with pytest.raises(InputError, match="trained on other motion"):
+        ppo.train(replace(tiny, data=replace(tiny.data, seed=1)), resume=True)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize("actors", [0, 1])
+@pytest.mark.slow
+def test_a_signal_and_resume(number: signal.Signals, actors: int, tmp_path: Path) -> None:
+    run = [sys.executable, "-m", "trainers.ppo", "--config", "configs/mixed.yaml"]
+    small = ["collect.envs=4", "collect.horizon=4", "network.hidden=[8]", "samples=1000000", "checkpoint_every=1"]
+    # On motion that is not the config's default seed: --resume must find it in the run's own config.
+    settings = [f"runs_dir={tmp_path}", f"collect.actors={actors}", "data.suit_clips=0", "data.seed=3", *small]
+    root = Path(__file__).parents[2]
+    with subprocess.Popen([*run, *settings], cwd=root, start_new_session=True, stdout=subprocess.PIPE, text=True) as process:
+        for _ in range(1200):
+            if list((tmp_path / "mixed").glob("checkpoints/*.safetensors")):
+                break
+            time.sleep(0.1)
+        os.killpg(process.pid, number) if number != signal.SIGKILL else process.kill()
+        said, _ = process.communicate(timeout=60)
+    if number != signal.SIGKILL:
+        assert process.returncode == 0
+        assert "stopped and saved" in said
+    before = final_state(tmp_path / "mixed")["clock"]["samples"]
+    more = [f"runs_dir={tmp_path}", "--resume", f"samples={before + 64}"]
+    done = subprocess.run([*run, *more], cwd=root, capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert final_state(tmp_path / "mixed")["clock"]["samples"] == before + 64
 
 
 def test_ray_collects_what_one_process_collects(tiny: PpoConfig) -> None:
