@@ -211,8 +211,9 @@ def test_curves_come_back_from_the_events(run_folder: Path, tmp_path: Path) -> N
     assert read_curves(tmp_path) == {}
 
 
-def test_the_command_leaves_two_whole_files(written: Path) -> None:
-    assert sorted(file.name for file in written.iterdir()) == ["index.html", "report.json"]
+def test_the_command_leaves_whole_files_and_a_picture_where_it_can_draw(written: Path) -> None:
+    pictures = ["best.png"] if can_render() else []
+    assert sorted(file.name for file in written.iterdir()) == [*pictures, "index.html", "report.json"]
 
 
 def test_the_json_has_the_keys_that_other_tools_read(written: Path) -> None:
