@@ -9,7 +9,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 
 from datasets.motion_library import MotionLibrary
-from datasets.sources import load_clips
+from datasets.sources import ROUGH_GROUND_KINDS, load_clips
 from envs.mimic_spec import (
     DISCOUNT_OFFSET,
     DISCOUNT_SLOPE,
@@ -22,13 +22,11 @@ from envs.mimic_spec import (
 )
 from envs.vector_env import AdaptMimicVectorEnv
 
-FLAT_GROUND_LEAVES_OUT = ("stairs",)  # kinds of motion that need another ground than the simulated one
-
 
 @lru_cache(maxsize=4)
 def motion_library(motions: str) -> MotionLibrary:
     """Return the packed clips of a motion source: a BVH file, a folder of them, or the word ``synthetic``."""
-    return MotionLibrary.of([clip for clip in load_clips(motions) if clip.kind not in FLAT_GROUND_LEAVES_OUT])
+    return MotionLibrary.of([clip for clip in load_clips(motions) if clip.kind not in ROUGH_GROUND_KINDS])
 
 
 def make_vector_env(num_envs: int = 1, motions: str | MotionLibrary = "synthetic", threads: int = 1, **spec: Any) -> AdaptMimicVectorEnv:

@@ -2,12 +2,14 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from configs.errors import InputError
 from datasets.bvh import write_bvh
 from datasets.sources import find_files, load_clips
 from tests.builders import as_bvh, lively, posed
+from tests.datasets.bvh_fuzzer import mutate
 
 
 @pytest.fixture
@@ -72,3 +74,28 @@ def test_a_single_frame_is_a_clip(tmp_path: Path) -> None:
     write_bvh(tmp_path / "still.bvh", as_bvh(posed({}, frames=1)))
     (clip,) = load_clips(tmp_path)
     assert len(clip) == 1
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_damaged_clips_are_refused_in_one_line_or_are_clips(tmp_path: Path, seed: int) -> None:
+    whole, damaged = tmp_path / "whole.bvh", tmp_path / "damaged.bvh"
+    write_bvh(whole, as_bvh(lively(standing=5, moving=10)))
+    text, rng = whole.read_bytes(), np.random.default_rng(seed)
+    digits = [at for at, byte in enumerate(text) if chr(byte).isdigit()]
+    refused = 0
+    for round_ in range(40):
+        if round_ % 2:  # other numbers: what the parser must let through
+            changed = bytearray(text)
+            for at in rng.choice(digits, size=20):
+                changed[at] = ord("0") + rng.integers(10)
+            damaged.write_bytes(bytes(changed))
+        else:
+            damaged.write_bytes(mutate(text, rng))
+        try:
+            clips = load_clips(damaged)
+        except InputError as error:
+            refused += 1
+            assert "\n" not in str(error)
+        else:
+            assert np.isfinite(clips[0].root_position).all()
+    assert 10 < refused < 35
