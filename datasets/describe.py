@@ -12,6 +12,7 @@ from rich.progress import track
 from rich.table import Table
 from rich.text import Text
 
+from configs.command import exit_code_of
 from configs.errors import InputError
 from datasets.capture import UNITS, Capture, read_capture
 from datasets.describe_picture import draw
@@ -154,20 +155,17 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, help="folder for a picture of each clip")
     parser.add_argument("--mapping", type=Path, help="YAML file that names joints, unit or up axis, such as 'thigh_l: LeftUpLeg'")
     options = parser.parse_args(arguments)
-    try:
-        described = describe(options.path, options.mapping)
-        if options.out:
-            _draw_all(described, options.out)
-    except InputError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        return 130
+    return exit_code_of(lambda: _run(options))
+
+
+def _run(options: argparse.Namespace) -> None:
+    described = describe(options.path, options.mapping)
+    if options.out:
+        _draw_all(described, options.out)
     console = Console()
     if not console.is_terminal:
         console = Console(width=max(console.width, MIN_WIDTH))
     console.print(table(described))
-    return 0
 
 
 if __name__ == "__main__":

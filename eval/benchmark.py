@@ -9,6 +9,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
+from configs.command import exit_code_of
 from configs.errors import InputError
 from datasets.sources import SYNTHETIC
 from eval.benchmark_env import benchmark_env
@@ -27,18 +28,15 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--motions", default=SYNTHETIC, metavar="PATH", help="motion source (default: synthetic)")
     parser.add_argument("--rounds", type=int, default=20, help="rounds of which medians are taken (default: 20)")
     options = parser.parse_args(arguments)
-    try:
-        _check(options)
-        speed = _measure(options)
-    except InputError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        return 130
+    return exit_code_of(lambda: _run(options))
+
+
+def _run(options: argparse.Namespace) -> None:
+    _check(options)
+    speed = _measure(options)
     Console().print(speed.table())
     if options.json:
         options.json.write_text(json.dumps(speed.summary(), indent=2) + "\n", encoding="utf-8")
-    return 0
 
 
 def _check(options: argparse.Namespace) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 import torch
 from rich.console import Console
 
+from configs.command import exit_code_of
 from configs.errors import InputError
 from eval.examine import examine
 from eval.films import Video, film, picture
@@ -85,15 +86,12 @@ def main(arguments: list[str] | None = None) -> int:
         "--motions", nargs="+", action="extend", help="BVH files, folders of them, or 'synthetic'; the held-out clips by default"
     )
     options = parser.parse_args(arguments)
-    try:
-        _check_out(options.out)
-        evaluate(load_run(options.run), options.out, options.motions, make_console())
-    except InputError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        return 130
-    return 0
+    return exit_code_of(lambda: _run(options))
+
+
+def _run(options: argparse.Namespace) -> None:
+    _check_out(options.out)
+    evaluate(load_run(options.run), options.out, options.motions, make_console())
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+from configs.command import exit_code_of
 from configs.errors import InputError
 from eval.suit_study import suit_study
 
@@ -21,16 +22,18 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for study.json and index.html")
     parser.add_argument("--data", type=Path, default=DATA, metavar="DIR", help="folder of real motion (default: ../shared/data)")
     options = parser.parse_args(arguments)
+    return exit_code_of(lambda: _run(options))
+
+
+def _run(options: argparse.Namespace) -> None:
+    study = STUDIES[options.name](options.data)
     try:
-        study = STUDIES[options.name](options.data)
         options.out.mkdir(parents=True, exist_ok=True)
-    except (InputError, OSError) as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
+    except OSError as error:
+        raise InputError(f"--out {options.out}: {error.strerror}; should be a folder that can be written to") from None
     (options.out / "study.json").write_text(json.dumps(study, indent=2) + "\n", encoding="utf-8")
     (options.out / "index.html").write_text(_page(study), encoding="utf-8")
     print(_table(study))
-    return 0
 
 
 def _table(study: dict) -> str:

@@ -8,6 +8,7 @@ from dataclasses import asdict, replace
 from itertools import count
 from pathlib import Path
 
+from configs.command import exit_code_of
 from configs.errors import InputError
 from configs.load import load_config, save_config
 from trainers.checkpoint import load_newest, save_checkpoint
@@ -103,18 +104,15 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--resume", action="store_true", help="go on from the newest checkpoint of the run")
     parser.add_argument("overrides", nargs="*", metavar="key.sub=value", help="change the config, such as learner.epochs=4")
     options = parser.parse_intermixed_args(arguments)
-    try:
-        config = load_config(PpoConfig, options.config, options.overrides)
-        of_run = Path(config.runs_dir) / config.name / "config.yaml"
-        if options.resume and of_run.is_file():  # a run goes on as it began, but for what is typed now
-            config = load_config(PpoConfig, of_run, options.overrides)
-        train(config, options.resume)
-    except InputError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        return 130
-    return 0
+    return exit_code_of(lambda: _run(options))
+
+
+def _run(options: argparse.Namespace) -> None:
+    config = load_config(PpoConfig, options.config, options.overrides)
+    of_run = Path(config.runs_dir) / config.name / "config.yaml"
+    if options.resume and of_run.is_file():  # a run goes on as it began, but for what is typed now
+        config = load_config(PpoConfig, of_run, options.overrides)
+    train(config, options.resume)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,21 @@
+"""How every command of the project ends."""
+
+import sys
+from collections.abc import Callable
+
+from configs.errors import InputError
+
+
+def exit_code_of(command: Callable[[], None]) -> int:
+    """Run a command and return its exit code: 0, 2 after one line on standard error for bad input, 130 for Ctrl-C.
+
+    Anything else that goes wrong is a fault of the program: its traceback is shown and Python exits with 1.
+    """
+    try:
+        command()
+    except InputError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+    return 0
