@@ -1,18 +1,15 @@
 """Policy and value: two perceptrons of one shape over normalised observations (thesis 4.4.2.4)."""
 
-import json
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 import torch
-from safetensors import SafetensorError, safe_open
-from safetensors.torch import save_file
 from torch import nn
 
+from agents.network_file import load_network, save_network
 from agents.normaliser import Normaliser
-from configs.errors import InputError
 
 ACTIVATIONS: dict[str, type[nn.Module]] = {"tanh": nn.Tanh, "elu": nn.ELU, "silu": nn.SiLU, "relu": nn.ReLU}
 
@@ -62,10 +59,7 @@ class Policy(nn.Module):
 
     def save(self, path: Path, card: dict[str, Any]) -> None:
         """Write weights, normaliser, shape and ``card`` (JSON values: task, training clips, ...) as safetensors."""
-        weights = {name: tensor.contiguous() for name, tensor in self.state_dict().items()}
-        temporary = path.with_suffix(".tmp")
-        save_file(weights, temporary, metadata={"shape": json.dumps(self.shape), "card": json.dumps(card)})
-        temporary.replace(path)
+        save_network(self, path, self.shape, card)
 
     @classmethod
     def load(cls, path: Path) -> tuple[Self, dict[str, Any]]:
@@ -74,14 +68,4 @@ class Policy(nn.Module):
         Raises:
             InputError: If there is no such file, or it holds no policy.
         """
-        if not path.is_file():
-            raise InputError(f"there is no policy at {path}; a run leaves one in runs/<name>/best/policy.safetensors")
-        try:
-            with safe_open(path, framework="pt") as file:
-                metadata = file.metadata() or {}
-                weights = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 (no mapping)
-            policy = cls(**json.loads(metadata["shape"]))
-            policy.load_state_dict(weights)
-            return policy, json.loads(metadata["card"])
-        except (SafetensorError, KeyError, TypeError, RuntimeError, json.JSONDecodeError):
-            raise InputError(f"{path} holds no policy of this project (a safetensors file with its shape and card)") from None
+        return load_network(path, cls, "policy", "a run leaves one in runs/<name>/best/policy.safetensors")

@@ -3,3 +3,9 @@
 
 class InputError(ValueError):
     """Bad input from the user: the message says in one line what is wrong, where, and what would be right."""
+
+
+def require(good: bool, name: str, value: object, should: str) -> None:
+    """Raise InputError that the setting ``name`` has a ``value`` that is not what it ``should`` be, unless it is ``good``."""
+    if not good:
+        raise InputError(f"{name} is {value}, should be {should}")

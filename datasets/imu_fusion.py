@@ -70,7 +70,7 @@ def simulate_suit(clean: BodyMotion, seed: int, severity: float = 1.0) -> SuitCl
     root[:, :2] += clean.root_position[0, :2] - root[0, :2]
     root, local = _at_clip_rate(root, local, clean)
     faulty = replace(clean, root_position=root, local_rotations=local, name=f"{clean.name}_suit", system="imu_suit")
-    return SuitClip(_on_ground(faulty), free, clean)
+    return SuitClip(on_ground(faulty), free, clean)
 
 
 def sensor_orientations(recording: Recording) -> np.ndarray:
@@ -185,8 +185,8 @@ def _sole_points(local: np.ndarray, leg_scale: float) -> np.ndarray:
     return np.stack(points, axis=1)
 
 
-def _on_ground(motion: BodyMotion) -> BodyMotion:
-    """Return the clip with its feet on the ground, as retargeting puts every real suit's clip there."""
+def on_ground(motion: BodyMotion) -> BodyMotion:
+    """Return a clip of level ground with its feet on it, as deep as those of real suits' clips after retargeting."""
     lift = -np.percentile(lowest_points(*body_poses(motion)).min(axis=-1), _GROUND_PERCENTILE)
     return replace(motion, root_position=motion.root_position + np.array([0.0, 0.0, lift]))
 

@@ -5,10 +5,15 @@ from dataclasses import replace
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from datasets.humanoid import BODIES, CENTRES, MASSES, SKELETON
+from datasets.humanoid import ANKLE_HEIGHT, BODIES, CENTRES, FEET, MASSES, SKELETON
 from datasets.motion import BodyMotion
 from datasets.rotation import conjugate, multiply, normalise, rotate, to_rotation_vector
 from datasets.skeleton import forward_kinematics
+
+# Heel, ball and toe tip of both feet in their bodies [m]. The ball is the rear of the toes, which rest while a foot rolls over them.
+SOLE_BODIES = [body for foot, toe in FEET for body in (foot, toe, toe)]
+SOLES = np.array(2 * [[-0.06, 0.0, -ANKLE_HEIGHT], [0.0, 0.0, -0.02], [0.07, 0.0, -0.02]])
+_ROLL = 0.01  # m, above a foot's lowest sole point, at which another one still carries it: smoothly, so that feet can roll
 
 
 def body_poses(motion: BodyMotion) -> tuple[np.ndarray, np.ndarray]:
@@ -23,6 +28,14 @@ def linear_velocity(positions: np.ndarray, fps: float) -> np.ndarray:
     if len(positions) < 2:
         return np.zeros_like(positions)
     return np.gradient(positions, 1.0 / fps, axis=0)
+
+
+def linear_acceleration(positions: np.ndarray, fps: float) -> np.ndarray:
+    """Return second central differences along the first axis, those at the ends repeated [unit of positions per second squared]."""
+    if len(positions) < 3:
+        return np.zeros_like(positions)
+    inner = (positions[2:] - 2 * positions[1:-1] + positions[:-2]) * fps**2
+    return np.concat([inner[:1], inner, inner[-1:]])
 
 
 def angular_velocity(rotations: np.ndarray, fps: float) -> np.ndarray:
@@ -56,6 +69,35 @@ def lowest_points(positions: np.ndarray, rotations: np.ndarray) -> np.ndarray:
         world = rotate(np.broadcast_to(q, (*q.shape[:-2], len(points), 4)), np.broadcast_to(points, (*q.shape[:-2], len(points), 3)))
         heights.append(positions[..., index, 2] + world[..., 2].min(axis=-1) - body.shape.radius)
     return np.stack(heights, axis=-1)
+
+
+def sole_points(positions: np.ndarray, rotations: np.ndarray) -> np.ndarray:
+    """Return heel, ball and toe tip of the left and the right foot in the world [m], shape (..., 2, 3, 3).
+
+    Args:
+        positions: Origins of the 20 bodies [m], shape (..., 20, 3).
+        rotations: Of the 20 bodies in the world, wxyz, shape (..., 20, 4).
+    """
+    points = positions[..., SOLE_BODIES, :] + rotate(rotations[..., SOLE_BODIES, :], SOLES)
+    return points.reshape(*points.shape[:-2], 2, 3, 3)
+
+
+def support_steps(soles: np.ndarray) -> np.ndarray:
+    """Return how the point that carries each foot moves from frame to frame [m], shape (T - 1, ..., 3).
+
+    A rolling foot is carried by heel, ball and toe tip in turn: each counts by how near it is to the lowest. Upwards it is the
+    lowest point's height that counts.
+
+    Args:
+        soles: Sole points of feet [m], shape (T, ..., 3, 3).
+    """
+    lowest = soles[..., 2].min(axis=-1)
+    carries = np.exp(-(((soles[..., 2] - lowest[..., None]) / _ROLL) ** 2))
+    carries = (carries[1:] + carries[:-1])[..., None]
+    moved = carries * np.diff(soles, axis=0)
+    total = carries[..., 0, :] + carries[..., 1, :] + carries[..., 2, :]
+    horizontal = (moved[..., 0, :] + moved[..., 1, :] + moved[..., 2, :])[..., :2] / total
+    return np.concat([horizontal, np.diff(lowest, axis=0)[..., None]], axis=-1)
 
 
 def continuous(rotations: np.ndarray) -> np.ndarray:

@@ -13,9 +13,11 @@ from configs.command import exit_code_of
 from configs.errors import InputError
 from datasets.sources import SYNTHETIC
 from eval.benchmark_env import benchmark_env
+from eval.benchmark_root import benchmark_root
+from eval.files import write_whole
 from eval.speed import Speed
 
-BENCHMARKS: dict[str, Callable[[str, int, Callable[[], None]], Speed]] = {"env": benchmark_env}
+BENCHMARKS: dict[str, Callable[[str, int, Callable[[], None]], Speed]] = {"env": benchmark_env, "root": benchmark_root}
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -36,7 +38,7 @@ def _run(options: argparse.Namespace) -> None:
     speed = _measure(options)
     Console().print(speed.table())
     if options.json:
-        options.json.write_text(json.dumps(speed.summary(), indent=2) + "\n", encoding="utf-8")
+        write_whole(options.json, json.dumps(speed.summary(), indent=2) + "\n")
 
 
 def _check(options: argparse.Namespace) -> None:

@@ -11,8 +11,8 @@ import torch
 from rich.console import Console
 
 from configs.command import exit_code_of
-from configs.errors import InputError
 from eval.examine import examine
+from eval.files import check_out, write_whole
 from eval.films import Video, film, picture
 from eval.render import INSTALL_HINT
 from eval.report_data import make_report
@@ -22,6 +22,7 @@ from eval.run import Run, load_run
 from eval.tested_clips import TestedClips, choose_clips
 from eval.tracking import summarise
 from eval.training_curves import read_curves
+from trainers.ppo_config import RECONSTRUCTED
 from trainers.run_log import make_console
 
 
@@ -31,18 +32,16 @@ def notices_of(run: Run, tested: TestedClips, videos: list[Video]) -> list[str]:
     for by in sorted(set(tested.seen.values())):
         count = f"{sum(value == by for value in tested.seen.values())} of {len(tested.recorded)} clips"
         notices.append(f"{count} were seen in {by}, or their performer was: on these it is no test of generalisation.")
+    for model in sorted(set(tested.roots.values())):
+        names = ", ".join(name for name, by in tested.roots.items() if by == model)
+        notices.append(f"The shipped model {model} gave the root of {names}: IMU suits record none, or the file holds none.")
+    if tested.suited and run.config.data.roots == RECONSTRUCTED:
+        notices.append("Root3D gave the root of clips through simulated suits, from their poses and accelerations.")
     if not tested.suited:
         notices.append("No clip is free of suit errors, so none was put through a simulated suit.")
     if not videos:
         notices.append(INSTALL_HINT[0].upper() + INSTALL_HINT[1:] + ".")
     return notices
-
-
-def write_whole(path: Path, text: str) -> None:
-    """Write a file whole or not at all."""
-    temporary = path.with_name(path.name + ".tmp")
-    temporary.write_text(text, encoding="utf-8")
-    temporary.replace(path)
 
 
 def evaluate(run: Run, out: Path, motions: list[str] | None, console: Console) -> None:
@@ -70,13 +69,6 @@ def evaluate(run: Run, out: Path, motions: list[str] | None, console: Console) -
     console.print(f"report: {out / 'index.html'} and {out / 'report.json'}, {time.monotonic() - begin:.0f} s")
 
 
-def _check_out(out: Path) -> None:
-    """Raise before the work if the report could not be written after it."""
-    there = next(path for path in (out, *out.absolute().parents) if path.exists())
-    if not there.is_dir() or not os.access(there, os.W_OK):
-        raise InputError(f"--out {out}: {there} is no folder that can be written to")
-
-
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; return the exit code."""
     parser = argparse.ArgumentParser(prog="python -m eval.report", description="Evaluate a trained policy on clips.")
@@ -90,7 +82,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _run(options: argparse.Namespace) -> None:
-    _check_out(options.out)
+    check_out(options.out)
     evaluate(load_run(options.run), options.out, options.motions, make_console())
 
 

@@ -58,7 +58,8 @@ def _clip_rows(tested: TestedClips, recorded: Track, suited: Track) -> list[dict
         rows.append({
             "name": clip.name, "performer": clip.performer, "kind": clip.kind, "system": clip.system,
             "seconds": clip.frames / FPS, "windows": one.windows, "rollouts": len(one.policy["sr90"]),
-            "seen": tested.seen.get(clip.name, ""), **blocks([one], [through] if through else []),
+            "seen": tested.seen.get(clip.name, ""), "root": tested.roots.get(clip.name, "recorded"),
+            **blocks([one], [through] if through else []),
             "artefacts": recorded.artefacts.get(clip.name),
             "artefacts_suit": suited.artefacts.get(through.clip.name) if through else None,
         })  # fmt: skip

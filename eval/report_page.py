@@ -1,16 +1,12 @@
 """Puts a report's numbers, plots and videos onto one page that needs no network."""
 
 import base64
-import json
-from pathlib import Path
 from typing import Any, NamedTuple
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from markupsafe import Markup
 from omegaconf import OmegaConf
-from plotly.offline import get_plotlyjs
 
 from eval.films import Video
+from eval.page import render_page
 
 
 class Metric(NamedTuple):
@@ -55,11 +51,9 @@ def make_page(report: dict[str, Any], figures: dict[str, Any], training: list[An
         videos: Films, possibly none.
         notices: What a reader must know before the numbers.
     """
-    environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    environment.filters |= {"spread": _spread, "number": _number, "figure": _figure, "video": _video}
-    return environment.get_template("report.html.j2").render(
+    return render_page(
+        "report.html.j2",
+        {"video": _video},
         report=report,
         figures=figures,
         training=training,
@@ -68,23 +62,7 @@ def make_page(report: dict[str, Any], figures: dict[str, Any], training: list[An
         tracking_metrics=TRACKING,
         artefact_metrics=ARTEFACTS,
         config_yaml=OmegaConf.to_yaml(OmegaConf.create(report["config"])),
-        plotly_js=Markup(get_plotlyjs()),
     )
-
-
-def _number(value: float | None, decimals: int) -> str:
-    """Return a number with so many decimals and a true minus; a dash for none."""
-    return "–" if value is None else f"{value:.{decimals}f}".replace("-", "−")  # noqa: RUF001 (typography)
-
-
-def _spread(summary: dict[str, float] | None, decimals: int) -> str:
-    """Return mean ± standard deviation; a dash for none."""
-    return "–" if not summary else f"{_number(summary['mean'], decimals)} ± {_number(summary['std'], decimals)}"  # noqa: RUF001
-
-
-def _figure(figure: dict[str, Any]) -> Markup:
-    """Return a figure as JSON that is safe inside a script."""
-    return Markup(json.dumps(figure, allow_nan=False).replace("<", "\\u003c"))
 
 
 def _video(mp4: bytes) -> str:

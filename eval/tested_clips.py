@@ -9,9 +9,10 @@ from configs.errors import InputError
 from datasets.motion import BodyMotion
 from datasets.roles import read_mapping
 from datasets.sources import FPS, ROUGH_GROUND_KINDS, SYNTHETIC, credit, find_files, load_clips, read_index, unique_names
-from trainers.motions import FAULTY_SYSTEMS, wear_suits
+from trainers.motions import wear_suits
 from trainers.play import SHORTEST
-from trainers.ppo_config import DataConfig
+from trainers.ppo_config import RECONSTRUCTED, DataConfig
+from trainers.roots import FAULTY_SYSTEMS, Roots
 
 OTHER_SEED = 1000  # added to a run's seed, so that synthetic performers are others than those it trained on
 
@@ -26,6 +27,7 @@ class TestedClips:
         suited: What a simulated IMU suit makes of those that are no IMU recordings themselves.
         truths: For each suited clip the clip behind it.
         left_out: By name of a clip that is not evaluated, why.
+        roots: By name of a recorded clip whose root is not the file's, the model that gave it.
         seen: By name of a recorded clip, "training" or "model selection" where that saw the clip or its performer.
     """
 
@@ -34,6 +36,7 @@ class TestedClips:
     suited: list[BodyMotion]
     truths: list[BodyMotion]
     left_out: dict[str, str]
+    roots: dict[str, str]
     seen: dict[str, str]
 
 
@@ -55,11 +58,13 @@ def choose_clips(config: DataConfig, card: dict[str, Any], motions: list[str] | 
     recorded = [clip for clip in found if clip.name not in left_out]
     if not recorded:
         raise InputError(f"{source}: none of {len(found)} clips is on flat ground and at least {SHORTEST / FPS:g} s long")
+    roots = Roots(config.roots == RECONSTRUCTED, say)
+    recorded, by_model = roots.of_recordings(recorded)
     suitable = [clip for clip in recorded if clip.system not in FAULTY_SYSTEMS]
     say(f"putting {len(suitable)} clips through simulated suits")
-    suited, truths = wear_suits(suitable, DataConfig())
+    suited, truths = wear_suits(suitable, DataConfig(), roots)
     seen = {clip.name: by for clip in recorded if (by := _seen_by(clip, card))}
-    return TestedClips(source, recorded, suited, truths, left_out, seen)
+    return TestedClips(source, recorded, suited, truths, left_out, by_model, seen)
 
 
 def _find(config: DataConfig, card: dict[str, Any], motions: list[str] | None, say: Callable[[str], None]) -> tuple[str, list[BodyMotion]]:

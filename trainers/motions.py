@@ -1,12 +1,10 @@
 """Clips, suits and mixture put together into the libraries that a run trains and selects on; prepared once, then cached."""
 
 import hashlib
-import inspect
 import json
 import os
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
-from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -20,10 +18,11 @@ from datasets.mixture import clip_weights, pick_holdout
 from datasets.motion import BodyMotion
 from datasets.motion_library import ClipInfo, MotionLibrary
 from datasets.roles import read_mapping
-from datasets.sources import ROUGH_GROUND_KINDS, load_clips, read_index
-from trainers.ppo_config import DataConfig
+from datasets.sources import ROUGH_GROUND_KINDS, load_clips
+from trainers.fingerprint import fingerprint
+from trainers.ppo_config import RECONSTRUCTED, DataConfig
+from trainers.roots import FAULTY_SYSTEMS, Roots
 
-FAULTY_SYSTEMS = ("imu", "imu_suit")  # what they recorded is no truth, and needs no simulated suit
 SHORTEST = 1.0  # s; from less nothing can be learnt
 
 
@@ -61,7 +60,8 @@ def prepare_motions(config: DataConfig, cache: Path, say: Callable[[str], None])
     Raises:
         InputError: If the source is bad, holds nothing to train on, or the held-out performer is unknown.
     """
-    path = cache / f"{_fingerprint(config)}.safetensors"
+    settings = {**asdict(config), "holdout": "", "suit_share": 0}
+    path = cache / f"{fingerprint(settings, config.motions, config.mapping)}.safetensors"
     library = _read_library(path)
     if library is None:
         say(f"preparing motion from {config.motions}")
@@ -93,37 +93,25 @@ def build_library(config: DataConfig, say: Callable[[str], None]) -> MotionLibra
     say(
         f"{len(recorded)} clips, {given / 60:.1f} minutes; {seconds / 60:.1f} minutes in {len(usable)} pieces on flat ground, without jumps"
     )
-    suited, truths = wear_suits([clip for clip in usable if clip.system not in FAULTY_SYSTEMS], config)
+    roots = Roots(config.roots == RECONSTRUCTED, say)
+    usable, _ = roots.of_recordings(usable)
+    suited, truths = wear_suits([clip for clip in usable if clip.system not in FAULTY_SYSTEMS], config, roots)
     if suited:
-        say(f"{len(suited)} recordings through simulated IMU suits of severity {config.suit_severity:g}")
+        by = "Root3D" if roots.reconstructed else "the suit's software"
+        say(f"{len(suited)} recordings through simulated IMU suits of severity {config.suit_severity:g}, roots by {by}")
     return MotionLibrary.of([*usable, *suited], [*usable, *truths])
 
 
-def wear_suits(clips: list[BodyMotion], config: DataConfig) -> tuple[list[BodyMotion], list[BodyMotion]]:
+def wear_suits(clips: list[BodyMotion], config: DataConfig, roots: Roots) -> tuple[list[BodyMotion], list[BodyMotion]]:
     """Return what simulated suits make of clean clips, and for each of them the clean clip behind it."""
     suited, truths = [], []
     for index, clip in enumerate(clips):
         for take in range(config.suit_clips):
             seed = int(np.random.SeedSequence((config.seed, index, take)).generate_state(1)[0])
-            faulty = simulate_suit(clip, seed=seed, severity=config.suit_severity).faulty
+            faulty = roots.of_suit(simulate_suit(clip, seed=seed, severity=config.suit_severity))
             suited.append(replace(faulty, name=f"{faulty.name}{take + 1}") if take else faulty)
             truths.append(clip)
     return suited, truths
-
-
-def _fingerprint(config: DataConfig) -> str:
-    """Return a key of everything that a prepared library depends on: settings, files, credits and the code of ``datasets``."""
-    digest = hashlib.sha256(json.dumps({**asdict(config), "holdout": "", "suit_share": 0}, sort_keys=True).encode())
-    source = Path(config.motions)
-    files = [source] if source.is_file() else sorted(source.rglob("*.[bB][vV][hH]"))
-    code = [*sorted(Path(inspect.getfile(BodyMotion)).parent.glob("*.py")), Path(__file__)]
-    digest.update(f"scipy {version('scipy')}, vqf {version('vqf')}".encode())
-    for file in [*files, *code, *(path for path in [Path(config.mapping)] if path.is_file())]:
-        digest.update(str(file.relative_to(source) if file in files and source.is_dir() else file.name).encode())
-        digest.update(file.read_bytes())
-    if files:
-        digest.update(repr(sorted(read_index(files[0]).items())).encode())
-    return digest.hexdigest()[:16]
 
 
 def _write_library(library: MotionLibrary, path: Path) -> None:

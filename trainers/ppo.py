@@ -3,9 +3,7 @@
 import argparse
 import sys
 import time
-from collections.abc import Callable
 from dataclasses import asdict, replace
-from itertools import count
 from pathlib import Path
 
 from configs.command import exit_code_of
@@ -16,9 +14,11 @@ from trainers.model_selection import ModelSelection
 from trainers.motions import PreparedMotions, prepare_motions
 from trainers.ppo_config import PpoConfig
 from trainers.ppo_learner import PpoLearner
+from trainers.ppo_log import PpoLog
 from trainers.progress import Clock, Stop
 from trainers.rollout_pool import RolloutPool
-from trainers.run_log import RunLog, commit_of_code, make_console
+from trainers.run_folder import move_aside
+from trainers.run_log import commit_of_code, make_console
 
 
 def train(config: PpoConfig, resume: bool) -> Path:
@@ -36,7 +36,7 @@ def train(config: PpoConfig, resume: bool) -> Path:
     with RolloutPool(config, motions.training, motions.weights) as pool:
         clock = _resume(folder, learner, pool, motions) if resume else Clock()
         save_config(config, folder / "config.yaml")
-        log = RunLog(folder, console, config, clock)
+        log = PpoLog(folder, console, config, clock)
         log.say(f"{len(motions.training.clips)} training clips; held out: {motions.held_out}; code {commit_of_code()}")
         if not resume:
             log.score("zero residual", 0, selection.zero_residual())
@@ -60,15 +60,7 @@ def train(config: PpoConfig, resume: bool) -> Path:
     return folder
 
 
-def move_aside(folder: Path, say: Callable[[str], None]) -> None:
-    """Rename the folder of an earlier run of the same name, if there is one: nothing is written over."""
-    if folder.exists():
-        aside = next(path for n in count(1) if not (path := folder.with_name(f"{folder.name}.{n}")).exists())
-        folder.rename(aside)
-        say(f"an earlier run was moved to {aside}")
-
-
-def _evaluate(selection: ModelSelection, learner: PpoLearner, clock: Clock, log: RunLog) -> Clock:
+def _evaluate(selection: ModelSelection, learner: PpoLearner, clock: Clock, log: PpoLog) -> Clock:
     """Score the policy on the held-out clips and keep it if it is the best so far."""
     begin = time.monotonic()
     score = selection.score(learner.policy.act)
@@ -85,7 +77,7 @@ def _resume(folder: Path, learner: PpoLearner, pool: RolloutPool, motions: Prepa
     newest = load_newest(folder / "checkpoints")
     assert newest is not None  # train looked
     tree, path = newest
-    if tree["motions"] != motions.identity or tree["learner"]["policy"].keys() != learner.weights().keys():
+    if tree["motions"] != motions.identity or tree["learner"]["network"].keys() != learner.weights().keys():
         raise InputError(f"{path} was trained on other motion or with another network; resume with the config and the clips of then")
     learner.set_state(tree["learner"])
     pool.set_state(tree["actors"])

@@ -2,13 +2,10 @@
 
 from dataclasses import dataclass, field
 
-from configs.errors import InputError
+from configs.errors import require
 from envs.mimic_spec import MimicSpec
 
-
-def _require(good: bool, name: str, value: object, should: str) -> None:
-    if not good:
-        raise InputError(f"{name} is {value}, should be {should}")
+RECONSTRUCTED = "reconstructed"
 
 
 @dataclass(frozen=True)
@@ -21,6 +18,7 @@ class DataConfig:
         suit_clips: How many simulated IMU-suit recordings are made of each clip.
         suit_share: Share of the episodes that follow a simulated suit's clip instead of a clip as recorded.
         suit_severity: How bad the suits are: 0 perfect, 1 as in the literature.
+        roots: Of suits' clips and of clips without one: "recorded" as suit and file say, or "reconstructed" by the shipped root models.
         holdout: Performer kept out of training for model selection; "auto" picks one, "none" selects on the training clips.
         seed: Of everything random in the motion.
     """
@@ -30,14 +28,16 @@ class DataConfig:
     suit_clips: int = 1
     suit_share: float = 0.5
     suit_severity: float = 1.0
+    roots: str = "recorded"
     holdout: str = "auto"
     seed: int = 0
 
     def __post_init__(self) -> None:
         """Check the values."""
-        _require(0.0 <= self.suit_share <= 1.0, "data.suit_share", self.suit_share, "from 0 to 1")
-        _require(self.suit_clips >= 0, "data.suit_clips", self.suit_clips, "0 or more")
-        _require(self.suit_severity >= 0.0, "data.suit_severity", self.suit_severity, "0 or more")
+        require(0.0 <= self.suit_share <= 1.0, "data.suit_share", self.suit_share, "from 0 to 1")
+        require(self.roots in ("recorded", RECONSTRUCTED), "data.roots", f"'{self.roots}'", f"recorded or {RECONSTRUCTED}")
+        require(self.suit_clips >= 0, "data.suit_clips", self.suit_clips, "0 or more")
+        require(self.suit_severity >= 0.0, "data.suit_severity", self.suit_severity, "0 or more")
 
 
 @dataclass(frozen=True)
@@ -55,8 +55,8 @@ class NetworkConfig:
     def __post_init__(self) -> None:
         """Check the values; OmegaConf hands lists over."""
         object.__setattr__(self, "hidden", tuple(self.hidden))
-        _require(bool(self.hidden) and min(self.hidden) > 0, "network.hidden", list(self.hidden), "positive layer sizes")
-        _require(self.activation in ("tanh", "elu", "silu", "relu"), "network.activation", self.activation, "tanh, elu, silu or relu")
+        require(bool(self.hidden) and min(self.hidden) > 0, "network.hidden", list(self.hidden), "positive layer sizes")
+        require(self.activation in ("tanh", "elu", "silu", "relu"), "network.activation", self.activation, "tanh, elu, silu or relu")
 
 
 @dataclass(frozen=True)
@@ -79,9 +79,9 @@ class CollectConfig:
 
     def __post_init__(self) -> None:
         """Check the values."""
-        _require(self.actors >= 0, "collect.actors", self.actors, "0 or more")
+        require(self.actors >= 0, "collect.actors", self.actors, "0 or more")
         for name in ("envs", "threads", "horizon"):
-            _require(getattr(self, name) >= 1, f"collect.{name}", getattr(self, name), "1 or more")
+            require(getattr(self, name) >= 1, f"collect.{name}", getattr(self, name), "1 or more")
 
 
 @dataclass(frozen=True)
@@ -121,11 +121,11 @@ class LearnerConfig:
     def __post_init__(self) -> None:
         """Check the values."""
         for name in ("gamma", "gae_lambda"):
-            _require(0.0 <= getattr(self, name) <= 1.0, f"learner.{name}", getattr(self, name), "from 0 to 1")
+            require(0.0 <= getattr(self, name) <= 1.0, f"learner.{name}", getattr(self, name), "from 0 to 1")
         for name in ("clip", "learning_rate", "sigma", "final_sigma", "max_grad_norm"):
-            _require(getattr(self, name) > 0.0, f"learner.{name}", getattr(self, name), "above 0")
+            require(getattr(self, name) > 0.0, f"learner.{name}", getattr(self, name), "above 0")
         for name in ("epochs", "minibatch", "threads"):
-            _require(getattr(self, name) >= 1, f"learner.{name}", getattr(self, name), "1 or more")
+            require(getattr(self, name) >= 1, f"learner.{name}", getattr(self, name), "1 or more")
 
 
 @dataclass(frozen=True)
@@ -163,6 +163,6 @@ class PpoConfig:
     def __post_init__(self) -> None:
         """Check the values."""
         for name in ("samples", "evaluate_every", "checkpoint_every"):
-            _require(getattr(self, name) >= 1, name, getattr(self, name), "1 or more")
-        _require(self.minutes >= 0.0, "minutes", self.minutes, "0 (no limit) or more")
-        _require(bool(self.name) and "/" not in self.name, "name", repr(self.name), "a folder's name")
+            require(getattr(self, name) >= 1, name, getattr(self, name), "1 or more")
+        require(self.minutes >= 0.0, "minutes", self.minutes, "0 (no limit) or more")
+        require(bool(self.name) and "/" not in self.name, "name", repr(self.name), "a folder's name")

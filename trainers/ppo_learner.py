@@ -8,6 +8,7 @@ import torch
 from agents.distribution import kl_divergence, log_prob
 from agents.policy import Policy
 from trainers.gae import gae
+from trainers.learner_state import get_state, set_state
 from trainers.ppo_config import PpoConfig
 from trainers.ppo_loss import policy_loss, value_loss
 from trainers.rollout import Rollout
@@ -137,23 +138,8 @@ class PpoLearner:
 
     def get_state(self) -> dict[str, Any]:
         """Return everything that the next update depends on beside the rollouts."""
-        moments = {
-            f"{index}/{name}": value.numpy()
-            for index, state in self.optimiser.state_dict()["state"].items()
-            for name, value in state.items()
-        }
-        return {
-            "policy": {name: tensor.numpy() for name, tensor in self.weights().items()},
-            "optimiser": moments,
-            "random": self.random.get_state().numpy(),
-        }
+        return get_state(self.policy, self.optimiser, self.random)
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Go back to a state that ``get_state`` returned."""
-        self.policy.load_state_dict({name: torch.from_numpy(np.array(array)) for name, array in state["policy"].items()})
-        moments: dict[int, dict[str, torch.Tensor]] = {}
-        for key, array in state["optimiser"].items():
-            index, name = key.split("/")
-            moments.setdefault(int(index), {})[name] = torch.from_numpy(np.array(array))
-        self.optimiser.load_state_dict({**self.optimiser.state_dict(), "state": moments})
-        self.random.set_state(torch.from_numpy(np.array(state["random"])))
+        set_state(self.policy, self.optimiser, self.random, state)

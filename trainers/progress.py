@@ -3,9 +3,23 @@
 import signal
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import inf
 from types import FrameType
+from typing import Protocol
 
-from trainers.ppo_config import PpoConfig
+
+class Limits(Protocol):
+    """What ends a run, part of every training's config: whichever comes first."""
+
+    @property
+    def samples(self) -> int:
+        """Samples after which training ends."""
+        ...
+
+    @property
+    def minutes(self) -> float:
+        """Wall-clock limit [min] after which it ends; 0 is none."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -13,21 +27,26 @@ class Clock:
     """How far a run has come.
 
     Attributes:
-        iteration: Rollouts and updates so far.
-        samples: Control steps so far.
+        iteration: Updates so far; of PPO with the rollouts before each.
+        samples: Control steps or windows so far.
         seconds: Time spent training and evaluating, interruptions left out.
-        best: Best ``episode_length_ratio`` on the held-out performer so far.
+        best: Best score on the held-out performer so far; the higher the better.
     """
 
     iteration: int = 0
     samples: int = 0
     seconds: float = 0.0
-    best: float = -1.0
+    best: float = -inf
 
-    def progress(self, config: PpoConfig) -> float:
+    def progress(self, config: Limits) -> float:
         """Return the share of the training that is done, by samples or by the clock, whichever is further."""
         by_clock = self.seconds / (60.0 * config.minutes) if config.minutes else 0.0
         return min(max(self.samples / config.samples, by_clock), 1.0)
+
+    def time_left(self, config: Limits) -> str:
+        """Return the time until the end at the speed so far, as minutes and seconds; call it once there is progress."""
+        minutes, seconds = divmod(round(self.seconds * (1.0 / self.progress(config) - 1.0)), 60)
+        return f"{minutes:d}:{seconds:02d} left"
 
 
 class Stop:

@@ -261,7 +261,7 @@ def test_without_a_way_to_render_the_report_says_what_to_install(
 
 def test_a_report_without_suited_clips_is_whole(run_folder: Path) -> None:
     run = load_run(run_folder)
-    clips = tested_clips.TestedClips("here", [standing("a")], [], [], {}, {})
+    clips = tested_clips.TestedClips("here", [standing("a")], [], [], {}, {}, {})
     results = [tracking("a", "walk", 160, [1.0])]
     recorded = Track(clips.recorded, results, [], {}, 0.0)
     found = make_report(run, clips, recorded, Track([], [], [], {}, 0.0), 1.0)

@@ -1,0 +1,63 @@
+"""A clip in, the same clip with a root path that a model reads from its pose and accelerations out."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from agents.root_model import RootModel
+from agents.root_path import FULL_ORDER, root_path
+from configs.errors import InputError
+from datasets.anti_skate import hold_feet
+from datasets.flight import fly
+from datasets.free_acceleration import accelerations_from_pose
+from datasets.kinematics import body_poses, lowest_points, resample
+from datasets.motion import BodyMotion
+from datasets.root_frames import RATE, root_frames
+
+
+def reconstruct_root(
+    model: RootModel, motion: BodyMotion, accelerations: np.ndarray | None = None, order: int = FULL_ORDER, filtered: bool = True
+) -> BodyMotion:
+    """Return a clip with the root that a model reads from it; its old root is not looked at.
+
+    The clip is brought to 100 Hz along splines and its new root back to the clip's own rate. The path starts above the origin with
+    the lowest sole on the ground.
+
+    Args:
+        model: Trained.
+        motion: Clip of any rate.
+        accelerations: Free accelerations in the clip's world at 100 Hz [m/s^2], shape (N, 19, 3); if the model wants them and there
+            are none, those of the pose about the pelvis are taken.
+        order: w of F_w (thesis eq. 3.12).
+        filtered: Whether the path goes through two filters: in the air the centre of mass flies (``flight``, which needs real
+            accelerations), and feet that stand are held (``anti_skate``, thesis 3.5.2).
+
+    Raises:
+        InputError: If the clip is shorter than the model's window, or the accelerations do not fit; names the clip.
+    """
+    clip = resample(motion, RATE)
+    seen = accelerations_from_pose(motion) if accelerations is None and model.spec.accelerations else accelerations
+    try:
+        frames = root_frames(clip, seen)
+        path = root_path(model, frames, standing_root(clip), order)
+    except InputError as error:
+        raise error if motion.name in str(error) else InputError(f"{motion.name}: {error}") from None
+    if filtered and accelerations is not None and model.spec.vertical == "displacement":
+        path = fly(path, frames.centre, frames.accelerations)
+    clip = replace(clip, root_position=path)
+    clip = hold_feet(clip) if filtered else clip
+    return replace(motion, root_position=_at_frames(clip.root_position, motion))
+
+
+def standing_root(motion: BodyMotion) -> np.ndarray:
+    """Return where the pelvis begins [m], shape (3,): above the origin, the lowest point of the first frame on the ground."""
+    first = replace(motion.cut(0, 1), root_position=np.zeros((1, 3)))
+    return np.array([0.0, 0.0, -lowest_points(*body_poses(first)).min()])
+
+
+def _at_frames(path: np.ndarray, motion: BodyMotion) -> np.ndarray:
+    """Return a path at 100 Hz at the instants of a clip's frames; the last may lie a little beyond its end."""
+    if motion.fps == RATE:
+        return path
+    return CubicSpline(np.arange(len(path)) / RATE, path)(np.arange(len(motion)) / motion.fps)

@@ -1,0 +1,21 @@
+"""The trained models in the package; ``agents/weights/README.md`` says what each was trained on."""
+
+from functools import cache
+from pathlib import Path
+
+from agents.root_model import RootModel
+
+WEIGHTS = Path(__file__).parent / "weights"
+
+
+@cache
+def shipped_root_model(name: str) -> RootModel:
+    """Return a trained root model of the package.
+
+    Args:
+        name: "root3d", "root3d_pose" or "planar".
+
+    Raises:
+        InputError: If the package holds no such model.
+    """
+    return RootModel.load(WEIGHTS / f"{name}.safetensors")[0]

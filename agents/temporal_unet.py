@@ -1,0 +1,55 @@
+"""A U-Net over time: convolutions at several temporal scales with skip connections between equal ones (thesis 2.4.1)."""
+
+from itertools import pairwise
+
+import torch
+from torch import nn
+from torch.nn import functional
+
+
+class ConvolutionPair(nn.Module):
+    """Two consecutive convolutions over time with ReLU; each kernel spans all features of the scale's input."""
+
+    def __init__(self, into: int, out: int, kernel: int) -> None:
+        """Build them.
+
+        Args:
+            into: Features of a frame that come in.
+            out: Features that go out.
+            kernel: Frames, odd.
+        """
+        super().__init__()
+        self.first = nn.Conv1d(into, out, kernel, padding=kernel // 2)
+        self.second = nn.Conv1d(out, out, kernel, padding=kernel // 2)
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        """Return features (B, out, T) of features (B, into, T)."""
+        return functional.relu(self.second(functional.relu(self.first(x))))
+
+
+class TemporalUnet(nn.Module):
+    """Encoder and decoder; from one scale to the next time is halved by max-pooling and doubled by linear interpolation."""
+
+    def __init__(self, into: int, channels: tuple[int, ...], out: int, kernel: int) -> None:
+        """Build it.
+
+        Args:
+            into: Features of a frame that come in.
+            channels: Features at each scale, the finest first.
+            out: Features of a frame that go out.
+            kernel: Frames that each convolution spans, odd.
+        """
+        super().__init__()
+        self.encoder = nn.ModuleList(ConvolutionPair(a, b, kernel) for a, b in pairwise((into, *channels)))
+        self.decoder = nn.ModuleList(ConvolutionPair(fine + coarse, fine, kernel) for fine, coarse in pairwise(channels))
+        self.head = nn.Conv1d(channels[0], out, 1)
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        """Return (B, out, T) of (B, into, T); T is a multiple of 2 to the number of scales less one."""
+        skipped: list[torch.Tensor] = []
+        for scale, pair in enumerate(self.encoder):
+            x = pair(x if scale == 0 else functional.max_pool1d(x, 2))
+            skipped.append(x)
+        for pair, skip in zip(reversed(self.decoder), reversed(skipped[:-1]), strict=True):
+            x = pair(torch.cat([skip, functional.interpolate(x, scale_factor=2.0, mode="linear")], 1))
+        return self.head(x)

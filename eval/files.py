@@ -1,0 +1,20 @@
+"""Files that other programs read: whole or not there at all, in a folder that was looked at before the work."""
+
+import os
+from pathlib import Path
+
+from configs.errors import InputError
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a file whole or not at all."""
+    temporary = path.with_name(path.name + ".tmp")
+    temporary.write_text(text, encoding="utf-8")
+    temporary.replace(path)
+
+
+def check_out(out: Path) -> None:
+    """Raise before the work if its results could not be written into the folder ``out`` after it."""
+    there = next(path for path in (out, *out.absolute().parents) if path.exists())
+    if not there.is_dir() or not os.access(there, os.W_OK):
+        raise InputError(f"--out {out}: {there} is no folder that can be written to")

@@ -1,0 +1,120 @@
+"""Runs root models, and what needs no training, over the test takes and the real walk."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from agents.root_model import RootModel
+from agents.root_path import FULL_ORDER, root_path
+from agents.shipped import WEIGHTS, shipped_root_model
+from datasets.anti_skate import hold_feet
+from datasets.root_frames import root_frames
+from eval.real_walk import RealWalk, contact_root, turned_onto
+from eval.root_metrics import distance_ratio, drift, e_mse, motionless
+from eval.root_scores import Paths, Scores, score, trajectory_errors
+from eval.root_tests import IMU, OPTICAL, Take, Takes
+
+STILL_FEET = ("e_mse", "drift", "distance_ratio", "stairs_error")  # measured with the anti-skate filter as well
+
+
+class Examined(NamedTuple):
+    """What was measured of one model.
+
+    Attributes:
+        poses: That it was tested on.
+        scores: Every measure.
+        paths: Of the takes with these poses.
+    """
+
+    poses: str
+    scores: Scores
+    paths: Paths
+
+
+def examine(model: RootModel, poses: str, takes: Takes, walk: RealWalk) -> Examined:
+    """Return everything that is measured of a model.
+
+    Args:
+        model: Trained.
+        poses: That it is tested on; with those of suits it is also tried on the real walk, if it is one for suits.
+        takes: All test takes.
+        walk: The real one.
+    """
+    tested = takes[poses]
+    paths = paths_of(model, tested)
+    found = score(tested, paths, model.spec.vertical == "height")
+    if model.spec.steps_ahead:
+        found |= _still_feet(tested, paths)
+        if model.spec.accelerations:
+            found |= _orders(model, tested)
+        if poses == IMU:
+            found |= _walk_of(model, walk)
+    elif poses == OPTICAL:
+        found["e_mse_on_imu_poses"] = float(trajectory_errors(takes[IMU], paths_of(model, takes[IMU])).mean())
+    return Examined(poses, found, paths)
+
+
+def paths_of(model: RootModel, takes: Iterable[Take], order: int = FULL_ORDER) -> list[np.ndarray]:
+    """Return the path (N, 3) [m] that a model reads from each take; all begin where the truth begins."""
+    return [root_path(model, take.frames, take.truth.root_position[0], order) for take in takes]
+
+
+def peers(takes: Takes, walk: RealWalk) -> dict[str, Examined]:
+    """Return what is measured of a root that never moves, of the simulated suit's own, and of the models in the package."""
+    still = [motionless(take.truth.root_position) for take in takes[OPTICAL]]
+    own = [take.seen.root_position for take in takes[IMU]]
+    found = {
+        "motionless root": Examined(OPTICAL, score(takes[OPTICAL], still, False), still),
+        "the simulated suit's own root": Examined(IMU, score(takes[IMU], own, False), own),
+    }
+    if (WEIGHTS / "planar.safetensors").is_file():
+        found["planar model as shipped, optical poses"] = examine(shipped_root_model("planar"), OPTICAL, takes, walk)
+    if (WEIGHTS / "root3d.safetensors").is_file():
+        for poses in (OPTICAL, IMU):
+            name = "IMU" if poses == IMU else poses
+            found[f"Root3D as shipped, {name} poses and accelerations"] = examine(shipped_root_model("root3d"), poses, takes, walk)
+    return found
+
+
+def walk_peers(walk: RealWalk) -> dict[str, Scores]:
+    """Return the same measures of the real walk for what needs no model."""
+    return {
+        "the real walk, motionless": walk_scores(motionless(walk.truth), walk.truth),
+        "the real walk, the suit's own root": walk_scores(walk.motion.root_position, walk.truth),
+        "the real walk, foot contacts": walk_scores(contact_root(walk), walk.truth),
+    }
+
+
+def walk_scores(path: np.ndarray, truth: np.ndarray, suffix: str = "") -> Scores:
+    """Return drift and e_mse of a path of the real walk: as its pelvis faces, and turned onto the truth."""
+    turned = turned_onto(path, truth)
+    return {
+        f"walk_drift{suffix}": drift(path, truth),
+        f"walk_drift_turned{suffix}": drift(turned, truth),
+        f"walk_e_mse{suffix}": e_mse(path, truth),
+        f"walk_e_mse_turned{suffix}": e_mse(turned, truth),
+        f"walk_distance_ratio{suffix}": distance_ratio(path, truth, 100.0),
+    }
+
+
+def _walk_of(model: RootModel, walk: RealWalk) -> Scores:
+    path = root_path(model, root_frames(walk.motion, walk.accelerations), walk.truth[0])
+    held = hold_feet(replace(walk.motion, root_position=path)).root_position
+    return walk_scores(path, walk.truth) | walk_scores(held, walk.truth, "_still_feet")
+
+
+def _still_feet(takes: list[Take], paths: Paths) -> Scores:
+    held = [hold_feet(replace(take.seen, root_position=path)).root_position for take, path in zip(takes, paths, strict=True)]
+    found = score(takes, held, absolute_height=False)
+    return {f"{name}_still_feet": found[name] for name in STILL_FEET if name in found}
+
+
+def _orders(model: RootModel, takes: list[Take]) -> Scores:
+    """Return mean and standard deviation of e_mse over windows for every order w of F_w (thesis figure 3.2)."""
+    found: Scores = {}
+    for order in range(FULL_ORDER + 1):
+        errors = trajectory_errors(takes, paths_of(model, takes, order))
+        found |= {f"e_mse_w{order}": float(errors.mean()), f"e_mse_std_w{order}": float(errors.std())}
+    return found

@@ -1,0 +1,101 @@
+"""The thesis's findings on root trajectories (chapters 2 and 3) as one command: trainings, tests, rows beside its values."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.progress import track
+
+from agents.root_model import RootModel
+from eval.real_accelerations import MVNX, compare_accelerations
+from eval.real_walk import RealWalk, real_walk
+from eval.root_examine import Examined, examine, peers, walk_peers
+from eval.root_findings import find
+from eval.root_rows import MODELS, Model
+from eval.root_scores import Scores
+from eval.root_study_page import GROUPS, NOTES
+from eval.root_study_plots import plot_all
+from eval.root_tests import FOLDERS, Takes, check_recordings, unseen_clips, wear_suits
+from eval.root_trainings import Training, train_all
+from eval.study_page import Study, summarise_seeds
+from eval.suit_study import REAL_CLIPS, WALK
+from trainers.run_log import make_console
+
+TRAINED_ON = "cmu/train"
+SEEDS = 3
+SAMPLES = {"planar": 200_000, "root3d": 3_000_000}  # windows of each training: about 100 s of a core
+PREPARED = ("data.synthetic=4", "data.takes=4")  # what takes minutes to prepare rather than a quarter of an hour
+EVALUATIONS = 2  # of each training on its held-out performer
+Row = dict[str, Any]
+
+
+def root_study(data: Path, out: Path) -> Study:
+    """Return the study; its trainings stay in ``out`` and are not repeated.
+
+    Args:
+        data: Folder of real motion.
+        out: Folder of the study.
+
+    Raises:
+        InputError: If a recording is not there.
+    """
+    check_recordings(data, (TRAINED_ON, *FOLDERS, MVNX, WALK, REAL_CLIPS[-1]))
+    console = make_console()
+    trainings = {model.name: [_training(model, seed, data, out) for seed in range(SEEDS)] for model in MODELS}
+    train_all([run for runs in trainings.values() for run in runs], console)
+    with console.status("reading test clips"):
+        clips, walk = unseen_clips(data), real_walk(data)
+    takes = wear_suits(track(clips, "suits on test clips", console=console, transient=True))
+    rows, examined = _rows(trainings, takes, walk, console)
+    rows += [_accelerations(row) for row in compare_accelerations(data)]
+    return Study({"study": "root", "rows": rows, "findings": find(rows)}, GROUPS, plot_all(rows, takes, examined), NOTES)
+
+
+def _training(model: Model, seed: int, data: Path, out: Path) -> Training:
+    """Return one run of a model; nothing but the run's own seed tells the seeds apart."""
+    overrides = (
+        *model.overrides,
+        f"data.motions={(data / TRAINED_ON).resolve()}",
+        *PREPARED,
+        f"data.poses={model.poses}",
+        f"samples={SAMPLES[model.config]}",
+        f"seed={seed}",
+    )
+    run = Training(model.config, overrides, f"{re.sub(r'[^a-z0-9]+', '_', model.name.lower())}_{seed}", out.resolve() / "runs")
+    every = max(1, -(-SAMPLES[model.config] // run.resolved().learner.batch // EVALUATIONS))
+    return Training(model.config, (*overrides, f"evaluate_every={every}", f"checkpoint_every={every}"), run.name, run.runs)
+
+
+def _rows(trainings: dict[str, list[Training]], takes: Takes, walk: RealWalk, console: Console) -> tuple[list[Row], dict[str, Examined]]:
+    """Return the rows, and by name what was measured of their first seeds."""
+    rows: list[Row] = []
+    examined: dict[str, Examined] = {}
+    for model in track(MODELS, "testing models", console=console, transient=True):
+        seeds = []
+        for run in trainings[model.name]:
+            one = examine(RootModel.load(run.model)[0], model.poses, takes, walk)
+            examined.setdefault(model.name, one)
+            seeds.append(one.scores | _effort(run))
+        rows.append(_row(model.name, seeds, model.published) | {"config": model.config, "overrides": list(model.overrides)})
+    for name, peer in peers(takes, walk).items():
+        examined[name] = peer
+        rows.append(_row(name, [peer.scores]))
+    return rows + [_row(name, [scores]) for name, scores in walk_peers(walk).items()], examined
+
+
+def _effort(run: Training) -> Scores:
+    """Return what a training took: windows and minutes on one core."""
+    clock = run.clock()
+    return {"samples": float(clock.samples), "minutes": clock.seconds / 60.0} if clock else {}
+
+
+def _row(name: str, seeds: Sequence[Scores], published: dict[str, float] | None = None) -> Row:
+    return {"name": name, "ours": summarise_seeds(seeds), "published": published or {}}
+
+
+def _accelerations(compared: Row) -> Row:
+    """Return a row of how simulated accelerations of one body differ from measured ones."""
+    values = {key: value for key, value in compared.items() if key not in ("recording", "body")}
+    return _row(f"accelerations, {compared['recording']}: {compared['body']}", [values])

@@ -1,0 +1,97 @@
+"""How the root study's page reads: its groups of measures, and what a reader must know."""
+
+from eval.root_scores import METRES
+from eval.study_page import Group, Measure
+
+_TRAJECTORIES = {
+    "samples": Measure("windows", "that a training saw"),
+    "minutes": Measure("min", "of one core that it took, evaluation on the held-out performer included"),
+    "e_mse": Measure(
+        "m²", "eq. 3.21 over windows of 10 s in which the true root travels at least 1 m, moved to where the truth is at their start"
+    ),
+    "e_mse_std": Measure("m²", "its standard deviation over windows"),
+    "e_mse_median": Measure("m²", "its median over windows"),
+    "drift": Measure("ratio", "error at the end of a window over the distance travelled"),
+    "distance_ratio": Measure("ratio", "way of the estimate over that of the truth; under 1 it undershoots"),
+    "end_error": Measure("cm", "error in the plane at the end of a window"),
+    "stairs_error": Measure("cm", "error of the height at the end of stairs (made-up people whom no training saw)"),
+    "stairs_ratio": Measure("ratio", "height gained or lost on stairs over the true one"),
+}
+_SETS = {
+    "e_mse_cmu": Measure("m²", "of cmu/test"),
+    "e_mse_bandai": Measure("m²", "of bandai/test"),
+    "e_mse_without_slowed": Measure(
+        "m²", "without cmu_05_01_mh165, which is filed as 25 fps but was recorded with 120: it plays 4.8 times too slowly"
+    ),
+    "e_mse_gaits": Measure("m²", "of walks and runs"),
+    "e_mse_dances": Measure("m²", "of dances"),
+    "e_mse_on_imu_poses": Measure("m²", "of a model of optical poses on those of simulated suits"),
+    "e_mse_still_feet": Measure("m²", "after the anti-skate filter"),
+    "drift_still_feet": Measure("ratio", "after the anti-skate filter"),
+    "distance_ratio_still_feet": Measure("ratio", "after the anti-skate filter"),
+    "stairs_error_still_feet": Measure("cm", "after the anti-skate filter"),
+}
+_FRAMES = {
+    f"{moment}_{axis}": Measure("cm/frame" if axis != "v" else "cm/frame, cm", f"{what} of each frame's {where} error")
+    for moment, what in (("mu", "mean"), ("sigma", "standard deviation"))
+    for axis, where in (("f", "forward"), ("l", "lateral"), ("v", "vertical"))
+}
+_HEIGHTS = {
+    "height_error_first_half": Measure("cm", "of clips of at least 10 s"),
+    "height_error_second_half": Measure("cm", "of the same"),
+    "height_error_on_ground": Measure("cm", "of clips with jumps, while the body touches the ground"),
+    "height_error_in_air": Measure("cm", "of the same, while its lowest point is more than 5 cm above it"),
+}
+_WALK = {
+    f"walk_{name}{suffix}": Measure(unit, text + still)
+    for suffix, still in (("", ""), ("_still_feet", "; after the anti-skate filter"))
+    for name, unit, text in (
+        ("drift", "ratio", "error at the end over the distance walked, headings equal at the pelvis"),
+        ("drift_turned", "ratio", "the same, the path turned as a whole onto the truth"),
+        ("e_mse", "m²", "eq. 3.21, headings equal at the pelvis"),
+        ("e_mse_turned", "m²", "the same, the path turned as a whole onto the truth"),
+        ("distance_ratio", "ratio", "way of the estimate over that of the truth"),
+    )
+}
+GROUPS = (
+    Group("Trajectories", "Of the network's plain output, without the anti-skate filter.", _TRAJECTORIES),
+    Group(
+        "Errors of each frame (Table 2.1)",
+        "Estimate less truth of the pelvis, along its own axes; models of an absolute height have their vertical error in cm.",
+        _FRAMES,
+    ),
+    Group("Sets of clips, and the anti-skate filter", "Parts of the test clips, and other poses.", _SETS),
+    Group(
+        "Order of the reconstruction (figure 3.2)",
+        "e_mse for each w of F_w (eq. 3.12).",
+        {f"e_mse_w{w}": Measure("m²", "") for w in range(8)},
+    ),
+    Group(
+        "Error after so many metres",
+        "Distance between estimate and truth once the truth has gone so far from any frame on.",
+        {f"error_after_{metres}m": Measure("m", "") for metres in METRES},
+    ),
+    Group("Heights", "Mean distance between estimated and true height.", _HEIGHTS),
+    Group(
+        "The real walk",
+        "Real accelerations of seven segments, the others from the suit's pose; Vicon's path of the pelvis is the truth (9.55 s, 7.7 m).",
+        _WALK,
+    ),
+    Group(
+        "Real and simulated accelerations",
+        "Free accelerations that sensors measured, beside those of a simulated suit on the same poses.",
+        {
+            "real_rms": Measure("m/s²", ""),
+            "simulated_rms": Measure("m/s²", ""),
+            "difference_rms": Measure("m/s²", ""),
+            "correlation": Measure("ratio", ""),
+        },
+    ),
+)
+NOTES = (
+    "Trained on cmu/train and made-up people, tested on cmu/test and bandai/test: performers that no training saw, each clip through three "
+    "simulated suits where poses are a suit's. Accelerations are simulated but on the real walk. Seeds differ in the network and the order "
+    "of windows, not in data. The thesis trained for one to two weeks (chapter 2) on data of its own, so its numbers beside ours are a "
+    "mark, and a finding counts as reproduced by its direction.",
+    "Run-walk-idle are the training clips whose kind is run, jog, dash, walk, turn or stand.",
+)

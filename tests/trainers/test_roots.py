@@ -1,0 +1,64 @@
+"""Whose root a clip in the library follows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from agents.root_model import RootModel
+from agents.root_spec import RootSpec
+from datasets.imu_fusion import simulate_suit
+from datasets.kinematics import body_poses, lowest_points
+from tests.builders import lively, posed
+from trainers import roots
+from trainers.roots import Roots, has_root
+
+
+@pytest.fixture
+def still_models(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Put models in the package's place that say nobody ever moves."""
+
+    def model(name: str) -> RootModel:
+        built = RootModel(RootSpec(accelerations=name == "root3d")).eval()
+        head = built.network.unet.head
+        head.weight.data.zero_()
+        head.bias.data.zero_()
+        return built
+
+    monkeypatch.setattr(roots, "shipped_root_model", model)
+
+
+@pytest.mark.usefixtures("still_models")
+def test_clips_of_suits_and_clips_without_a_root_get_one() -> None:
+    said: list[str] = []
+    optical, suit = replace(lively(), name="optical", system="optical"), replace(lively(), name="suit", system="imu")
+    rootless = replace(lively(1), name="rootless", system="optical", root_position=np.zeros((120, 3)))
+    rooted, by = Roots(True, said.append).of_recordings([optical, suit, rootless])
+    assert rooted[0] is optical
+    assert by == {"suit": "root3d_pose", "rootless": "root3d_pose"}
+    # Lively flies forward at 4 m/s; what stands for the models says that the root stays.
+    assert np.ptp(rooted[1].root_position[:, 0]) < 0.5 < np.ptp(suit.root_position[:, 0])
+    assert said == ["2 clips of IMU suits or without a root get theirs from Root3D without accelerations: rootless, suit"]
+
+
+def test_recorded_roots_are_kept() -> None:
+    suit = replace(lively(), system="imu")
+    rooted, by = Roots(False, pytest.fail).of_recordings([suit])
+    assert rooted[0] is suit
+    assert not by
+
+
+@pytest.mark.usefixtures("still_models")
+def test_a_simulated_suit_begins_where_its_truth_begins_with_its_feet_on_the_ground() -> None:
+    bent = posed({"shin_l_y": 10.0}, frames=120)
+    clean = replace(bent, root_position=bent.root_position + np.array([3.0, 2.0, 0.0]))
+    recording = simulate_suit(clean, seed=0, severity=0.0)
+    clip = Roots(True, pytest.fail).of_suit(recording)
+    np.testing.assert_allclose(clip.root_position[0, :2], [3.0, 2.0], atol=1e-6)
+    assert abs(lowest_points(*body_poses(clip)).min()) < 0.01
+    assert Roots(False, pytest.fail).of_suit(recording) is recording.faulty
+
+
+def test_a_root_that_never_moves_is_none() -> None:
+    assert has_root(lively())
+    assert not has_root(posed({}))

@@ -1,0 +1,112 @@
+"""Training of root models on a small scale: it learns, stops, resumes and says what is wrong."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from agents.root_model import RootModel
+from agents.root_spec import RootSpec
+from configs.errors import InputError
+from datasets.imu_suit import BODY_COUNT
+from datasets.motion import BodyMotion
+from tests.trainers.test_ppo import final_state, same
+from trainers import supervised
+from trainers.root_config import RootConfig, RootDataConfig, RootLearnerConfig
+
+
+def gliding(name: str, performer: str, speed: float, frames: int = 300) -> BodyMotion:
+    """Return a T-pose that glides forward and back at up to ``speed`` [m/s], like on skates, and swings a hand ahead of it."""
+    time = np.arange(frames) / 100.0
+    root = np.stack([speed * np.sin(time), np.zeros(frames), np.full(frames, 0.94)], axis=1)
+    rotations = np.zeros((frames, BODY_COUNT, 4))
+    rotations[..., 0] = 1.0
+    return BodyMotion(root, rotations, 100.0, name, performer, "optical", "stand")
+
+
+@pytest.fixture
+def tiny(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> RootConfig:
+    """Return the config of a run of 60 batches on two gliding performers."""
+    clips = [gliding("one", "ann", 1.0), gliding("two", "bob", 0.8, 150)]
+    monkeypatch.setattr("trainers.root_data.load_clips", lambda *_, **__: clips)
+    return RootConfig(
+        name="tiny",
+        runs_dir=str(tmp_path / "runs"),
+        data=RootDataConfig(motions=str(tmp_path), synthetic=0, takes=2),
+        learner=RootLearnerConfig(batch=64, hidden=0.5, learning_rate=3e-3, sequence=2),
+        samples=60 * 64,
+        evaluate_every=20,
+        checkpoint_every=10,
+    )
+
+
+def test_a_run_leaves_its_files(tiny: RootConfig) -> None:
+    folder = supervised.train(tiny, resume=False)
+    assert (folder / "config.yaml").is_file()
+    assert list(folder.glob("events.out.tfevents.*"))
+    model, card = RootModel.load(folder / "best" / "model.safetensors")
+    assert model.spec == RootSpec()
+    assert card["held_out"] in ("ann", "bob")
+    assert len(card["clips"]) == 1  # the other one's performer is held out
+    assert str(Path(tiny.data.motions).parent) not in str(card)  # no path of this machine
+    assert final_state(folder)["clock"]["samples"] == 60 * 64
+
+
+def test_it_learns(tiny: RootConfig) -> None:
+    # Accelerations of a gliding figure tell where it is on its sine, and so how fast it goes.
+    folder = supervised.train(replace(tiny, samples=400 * 64, data=replace(tiny.data, holdout="none")), resume=False)
+    score = RootModel.load(folder / "best" / "model.safetensors")[1]["held_out_metrics"]
+    assert score["window_end_error_mm"] < 0.7 * 2 / np.pi * 80.0  # predicting no movement misses by the mean of |cos| of 80 mm
+
+
+def test_resumed_equals_uninterrupted(tiny: RootConfig, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = supervised.train(replace(tiny, name="whole"), resume=False)
+
+    class StopAfterThirty(supervised.Stop):
+        def __init__(self, say: object) -> None:
+            self.asks = 0
+
+        @property
+        def asked(self) -> bool:  # type: ignore[override]
+            self.asks += 1
+            return self.asks > 59  # asked twice in an iteration: the thirtieth is the last
+
+    with monkeypatch.context() as patch:
+        patch.setattr(supervised, "Stop", StopAfterThirty)
+        parts = supervised.train(replace(tiny, name="parts"), resume=False)
+    assert final_state(parts)["clock"]["iteration"] == 30
+    supervised.train(replace(tiny, name="parts"), resume=True)
+    same(final_state(whole), final_state(parts))
+
+
+def test_an_earlier_run_is_kept(tiny: RootConfig) -> None:
+    short = replace(tiny, samples=64)
+    supervised.train(short, resume=False)
+    folder = supervised.train(short, resume=False)
+    assert (folder.parent / "tiny.1" / "best" / "model.safetensors").is_file()
+
+
+def test_another_network_is_not_resumed(tiny: RootConfig) -> None:
+    short = replace(tiny, samples=64)
+    supervised.train(short, resume=False)
+    with pytest.raises(InputError, match="with another network"):
+        supervised.train(replace(short, model=RootSpec(accelerations=False)), resume=True)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["learner.los=l1"], "unknown key 'learner.los', did you mean 'learner.loss'"),
+        (["learner.loss=l3"], "learner.loss is 'l3', should be l1 or mse"),
+        (["data.motions=nowhere"], "nowhere: no such file or folder"),
+        (["data.synthetic=0"], "holds no clip of at least 1 s"),
+        (["--resume"], "there is no checkpoint to resume"),
+    ],
+)
+def test_bad_input_is_one_line(arguments: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    config = str(Path(__file__).parents[2] / "configs" / "root3d.yaml")
+    assert supervised.main(["--config", config, f"runs_dir={tmp_path}/runs", *arguments]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1

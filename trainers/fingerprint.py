@@ -1,0 +1,33 @@
+"""A key of everything that prepared motion depends on, so that it is prepared once."""
+
+import hashlib
+import inspect
+import json
+from collections.abc import Mapping
+from importlib.metadata import version
+from pathlib import Path
+
+from datasets.motion import BodyMotion
+from datasets.sources import read_index
+
+
+def fingerprint(settings: Mapping[str, object], source: str, mapping: str) -> str:
+    """Return a key of settings, motion files, their credits and the code that prepares them.
+
+    Args:
+        settings: JSON values that the preparation depends on.
+        source: Motion source.
+        mapping: File that names joints; none if empty.
+    """
+    digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode())
+    root = Path(source)
+    files = [root] if root.is_file() else sorted(root.rglob("*.[bB][vV][hH]"))
+    rooms = Path(inspect.getfile(BodyMotion)).parent, Path(__file__).parent
+    code = [*sorted(rooms[0].glob("*.py")), *(rooms[1] / name for name in ("fingerprint.py", "motions.py", "root_data.py"))]
+    digest.update(f"scipy {version('scipy')}, vqf {version('vqf')}".encode())
+    for file in [*files, *code, *(path for path in [Path(mapping)] if path.is_file())]:
+        digest.update(str(file.relative_to(root) if file in files and root.is_dir() else file.name).encode())
+        digest.update(file.read_bytes())
+    if files:
+        digest.update(repr(sorted(read_index(files[0]).items())).encode())
+    return digest.hexdigest()[:16]

@@ -1,0 +1,135 @@
+"""Trains a root model: ``python -m trainers.supervised --config configs/root3d.yaml [key.sub=value ...] [--resume]``."""
+
+import argparse
+import sys
+import time
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import torch
+
+from configs.command import exit_code_of
+from configs.errors import InputError
+from configs.load import load_config, save_config
+from trainers.checkpoint import load_newest, save_checkpoint
+from trainers.progress import Clock, Stop
+from trainers.root_config import RootConfig
+from trainers.root_data import RootData, prepare_root_data
+from trainers.root_learner import RootLearner
+from trainers.run_folder import move_aside
+from trainers.run_log import RunLog, commit_of_code, make_console
+
+LOGGED_EVERY = 100  # batches
+
+
+def train(config: RootConfig, resume: bool) -> Path:
+    """Run a training to its end, or until it is asked to stop; return the run's folder."""
+    console = make_console()
+    folder = Path(config.runs_dir) / config.name
+    if resume and load_newest(folder / "checkpoints") is None:
+        raise InputError(f"there is no checkpoint to resume in {folder}/checkpoints; start without --resume")
+    data = prepare_root_data(config.data, Path(config.runs_dir) / "cache", console.print)
+    learner = RootLearner(config, data)
+    if not resume:
+        move_aside(folder, console.print)
+    folder.mkdir(parents=True, exist_ok=True)
+    clock = _resume(folder, learner, data) if resume else Clock()
+    save_config(config, folder / "config.yaml")
+    log = RunLog(folder, console, clock.samples)
+    log.say(f"{config.model.network}, {sum(p.numel() for p in learner.model.parameters()):,} parameters; code {commit_of_code()}")
+    stop = Stop(log.say)
+    losses: list[torch.Tensor] = []
+    while clock.progress(config) < 1.0 and not stop.asked:
+        begin = time.monotonic()
+        losses.append(learner.update(clock.progress(config)))
+        spent = time.monotonic() - begin
+        clock = replace(clock, iteration=clock.iteration + 1, samples=clock.samples + config.learner.batch, seconds=clock.seconds + spent)
+        if clock.iteration % LOGGED_EVERY == 0:
+            _log(log, clock, config, losses)
+        if clock.progress(config) >= 1.0 or clock.iteration % config.evaluate_every == 0:
+            clock = _evaluate(learner, data, config, clock, log, folder)
+        if stop.asked or clock.progress(config) >= 1.0 or clock.iteration % config.checkpoint_every == 0:
+            tree = {"learner": learner.get_state(), "clock": asdict(clock), "motions": data.identity}
+            save_checkpoint(folder / "checkpoints", clock.iteration, tree)
+    finished = clock.progress(config) >= 1.0
+    log.say(f"done: {folder}/best/model.safetensors" if finished else f"stopped and saved; go on with --resume: {folder}")
+    log.close()
+    return folder
+
+
+def _log(log: RunLog, clock: Clock, config: RootConfig, losses: list[torch.Tensor]) -> None:
+    """Write the mean loss since the last time, and a line of progress."""
+    loss = float(torch.stack(losses).mean())
+    losses.clear()
+    speed = clock.samples / max(clock.seconds, 1e-9)
+    log.write(clock.samples, {"training/loss": loss, "speed/windows_per_s": speed})
+    done = clock.progress(config)
+    log.say_sometimes(
+        f"{done:5.1%}  {clock.samples / 1e6:7.2f} M windows  {speed:6.0f} windows/s  {clock.time_left(config)}   loss {loss:.4f}"
+    )
+
+
+def _evaluate(learner: RootLearner, data: RootData, config: RootConfig, clock: Clock, log: RunLog, folder: Path) -> Clock:
+    """Score the model on the held-out performer and keep it if it is the best so far."""
+    begin = time.monotonic()
+    score = learner.score()
+    better = -score["loss"] > clock.best
+    log.write(clock.samples, {f"held_out/{name}": value for name, value in score.items()})
+    text = "  ".join(f"{name} {value:.4f}" for name, value in score.items())
+    log.say(f"held out{', best' if better else ''} at {clock.samples / 1e6:.2f} M windows:   {text}")
+    clock = replace(clock, best=max(-score["loss"], clock.best), seconds=clock.seconds + time.monotonic() - begin)
+    if better:
+        (folder / "best").mkdir(exist_ok=True)
+        learner.model.save(folder / "best" / "model.safetensors", _card(data, config, clock, score))
+    return clock
+
+
+def _card(data: RootData, config: RootConfig, clock: Clock, score: dict[str, float]) -> dict[str, object]:
+    clips = data.training.clips
+    source = "/".join(Path(config.data.motions).parts[-2:])  # not where on this machine
+    return {
+        "model": asdict(config.model),
+        "data": {**asdict(config.data), "motions": source, "mapping": Path(config.data.mapping).name},
+        "learner": asdict(config.learner),
+        "clips": sorted({clip.name.split("/")[0] for clip in clips}),
+        "performers": sorted({clip.performer for clip in clips}),
+        "held_out": data.held_out,
+        "held_out_metrics": score,
+        "windows": clock.samples,
+        "hours": clock.seconds / 3600.0,
+        "code": commit_of_code(),
+    }
+
+
+def _resume(folder: Path, learner: RootLearner, data: RootData) -> Clock:
+    """Put the learner into the state of the newest checkpoint; return its clock."""
+    newest = load_newest(folder / "checkpoints")
+    assert newest is not None  # train looked
+    tree, path = newest
+    shapes = {name: tuple(array.shape) for name, array in tree["learner"]["network"].items()}
+    if tree["motions"] != data.identity or shapes != {name: tuple(t.shape) for name, t in learner.model.state_dict().items()}:
+        raise InputError(f"{path} was trained on other motion or with another network; resume with the config and the clips of then")
+    learner.set_state(tree["learner"])
+    return Clock(**tree["clock"])
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line; return the exit code."""
+    parser = argparse.ArgumentParser(prog="python -m trainers.supervised", description="Train a network that gives clips a root.")
+    parser.add_argument("--config", type=Path, required=True, help="YAML file, such as configs/root3d.yaml")
+    parser.add_argument("--resume", action="store_true", help="go on from the newest checkpoint of the run")
+    parser.add_argument("overrides", nargs="*", metavar="key.sub=value", help="change the config, such as learner.batch=64")
+    options = parser.parse_intermixed_args(arguments)
+    return exit_code_of(lambda: _run(options))
+
+
+def _run(options: argparse.Namespace) -> None:
+    config = load_config(RootConfig, options.config, options.overrides)
+    of_run = Path(config.runs_dir) / config.name / "config.yaml"
+    if options.resume and of_run.is_file():  # a run goes on as it began, but for what is typed now
+        config = load_config(RootConfig, of_run, options.overrides)
+    train(config, options.resume)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
