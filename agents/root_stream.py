@@ -110,9 +110,7 @@ class RootStream:
                 "since those of a pose take a low-pass filter that sees what comes after"
             )
         if self._count and measured != self._measured:
-            raise InputError(
-                f"{frame}: accelerations should come with every frame or with none, and they did{'' if self._measured else ' not'} so far"
-            )
+            raise InputError(f"{frame}: accelerations are {'there' if measured else 'missing'}, should come with every frame or with none")
 
     def _see(self, pose: PosePoints, rotations: np.ndarray, measured: np.ndarray | None) -> None:
         """Move the window on by a frame."""

@@ -16,7 +16,7 @@ from agents.reconstruct_root import reconstruct_root
 from agents.root3d_unet import Root3dUnet
 from agents.root3d_unrolled import unrolled
 from agents.root_model import RootModel
-from agents.root_path import BATCH, FULL_ORDER, weighted_step
+from agents.root_path import BATCH, FULL_ORDER, check_length, weighted_step
 from agents.root_stream import RootStream
 from agents.root_window import window_features
 from configs import load
@@ -39,7 +39,7 @@ class Task:
     """What all contenders work on.
 
     Attributes:
-        clip: At 100 Hz, longer than a window.
+        clip: At 100 Hz.
         accelerations: Of its sensors [m/s^2], shape (N, 19, 3).
         frames: How many of its frames are streamed in a round; whole clips are taken whole.
     """
@@ -62,8 +62,13 @@ def benchmark_root(motions: str, rounds: int, after_round: Callable[[], None] = 
 
 
 def measure_root(task: Task, rounds: int, after_round: Callable[[], None] = lambda: None) -> Speed:
-    """Return the same of a task."""
+    """Return the same of a task.
+
+    Raises:
+        InputError: If it is shorter than a window.
+    """
     root3d, planar = _untrained("root3d"), _untrained("planar")
+    check_length(planar.spec, task.frames)
     contenders = [
         *_streams(root3d, planar, task),
         *_whole_clips("Root3D", root3d, task),

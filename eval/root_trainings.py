@@ -110,7 +110,7 @@ def train_all(trainings: Sequence[Training], console: Console) -> None:
     with console.status("preparing motion"):  # once: what differs between the trainings' data is a choice from the same
         prepare_root_data(waiting[0].resolved().data, waiting[0].runs / "cache", console.print)
     columns = TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeElapsedColumn()
-    with Progress(*columns, console=console) as progress, _stopped_at_the_end() as running:
+    with Progress(*columns, console=console) as progress, _stopped_at_the_end(console) as running:
         whole = progress.add_task("all trainings", total=len(trainings), completed=len(trainings) - len(waiting))
         while waiting or running:
             while waiting and len(running) < (os.cpu_count() or 1):
@@ -143,7 +143,7 @@ def _start(training: Training, progress: Progress) -> _Running:
 
 
 @contextmanager
-def _stopped_at_the_end() -> Iterator[list[_Running]]:
+def _stopped_at_the_end(console: Console) -> Iterator[list[_Running]]:
     """Give a list of running trainings; those that still run at the end are stopped, and saved."""
     running: list[_Running] = []
     before = signal.signal(signal.SIGTERM, signal.default_int_handler)  # a system that asks the study to end asks like Ctrl-C
@@ -151,6 +151,8 @@ def _stopped_at_the_end() -> Iterator[list[_Running]]:
         yield running
     finally:
         signal.signal(signal.SIGTERM, before)
+        if running:
+            console.print("stopping the trainings that run; the same command goes on with them")
         for one in running:
             one.process.terminate()
         for one in running:

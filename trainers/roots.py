@@ -8,6 +8,7 @@ import numpy as np
 from agents.reconstruct_root import reconstruct_root
 from agents.shipped import shipped_root_model
 from datasets.imu_fusion import SuitClip, on_ground
+from datasets.level_ground import level_ground
 from datasets.motion import BodyMotion
 
 FAULTY_SYSTEMS = ("imu", "imu_suit")  # what they recorded is no truth, least of all the root
@@ -34,14 +35,14 @@ class Roots:
             names = ", ".join(sorted(wanting))
             self.say(f"{len(wanting)} clips of IMU suits or without a root get theirs from Root3D without accelerations: {names}")
         model = shipped_root_model(BY_POSE) if wanting else None
-        rooted = [on_ground(reconstruct_root(model, clip)) if model and clip.name in wanting else clip for clip in clips]
+        rooted = [on_ground(level_ground(reconstruct_root(model, clip))) if model and clip.name in wanting else clip for clip in clips]
         return rooted, dict.fromkeys(sorted(wanting), BY_POSE)
 
     def of_suit(self, suit: SuitClip) -> BodyMotion:
         """Return the faulty clip of a simulated suit with its root: the suit's own, or Root3D's from the suit's accelerations."""
         if not self.reconstructed:
             return suit.faulty
-        clip = on_ground(reconstruct_root(shipped_root_model(BY_SENSORS), suit.faulty, suit.accelerations))
+        clip = on_ground(level_ground(reconstruct_root(shipped_root_model(BY_SENSORS), suit.faulty, suit.accelerations)))
         begin = np.append(suit.clean.root_position[0, :2], 0.0)
         return replace(clip, root_position=clip.root_position + begin)
 

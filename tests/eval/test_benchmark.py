@@ -1,15 +1,18 @@
 """The env's benchmark on a few worlds: what it writes, that its limit does the same work, and what it refuses."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 
 from datasets.motion_library import MotionLibrary
 from envs.vector_env import AdaptMimicVectorEnv
 from eval import benchmark
 from eval.benchmark_env import BareBatch, BareStep, Tape, measure_envs
+from eval.benchmark_root import Task, measure_root
 from tests.envs.states import swaying
 
 
@@ -100,3 +103,27 @@ def test_unknown_benchmark_names_those_that_exist(capsys: pytest.CaptureFixture[
         benchmark.main(["speed"])
     assert exit_.value.code == 2
     assert "env" in capsys.readouterr().err
+
+
+def test_root_benchmark_writes_its_figures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def small(motions: str, rounds: int, after_round: benchmark.Callable[[], None]) -> benchmark.Speed:
+        assert motions == "synthetic"
+        clip = replace(swaying("sway", 80, 0.3), fps=100.0)
+        return measure_root(Task(clip, np.zeros((80, 19, 3)), 70), rounds, after_round)
+
+    monkeypatch.setitem(benchmark.BENCHMARKS, "root", small)
+    threads = torch.get_num_threads()
+    assert benchmark.main(["root", "--rounds", "1", "--json", str(tmp_path / "root.json")]) == 0
+    assert torch.get_num_threads() == threads
+    found = json.loads((tmp_path / "root.json").read_text())
+    assert (found["benchmark"], found["unit"], found["rounds"]) == ("root", "frames/s", 1)
+    assert found["ours"] == found["rows"]["Root3D stream"]["rate"]
+    assert set(found["peers"]) == {"Root3D in plain PyTorch", "foot contacts"}
+    assert {name: row["limit"] for name, row in found["rows"].items() if row["limit"]} == {
+        "Root3D stream": "Root3D network, unrolled",
+        "planar stream": "planar network, a window a call",
+        "Root3D, whole clip": "Root3D network, in batches",
+        "planar, whole clip": "planar network, in batches",
+    }
+    assert all(row["rate"] > 0.0 for row in found["rows"].values())
+    assert "frames/s" in capsys.readouterr().out
