@@ -13,7 +13,7 @@ from datasets.flight import fly
 from datasets.free_acceleration import accelerations_from_pose
 from datasets.kinematics import body_poses, lowest_points, resample
 from datasets.motion import BodyMotion
-from datasets.root_frames import RATE, root_frames
+from datasets.root_frames import RATE, RootFrames, root_frames
 
 
 def reconstruct_root(
@@ -43,11 +43,22 @@ def reconstruct_root(
         path = root_path(model, frames, standing_root(clip), order)
     except InputError as error:
         raise error if motion.name in str(error) else InputError(f"{motion.name}: {error}") from None
-    if filtered and accelerations is not None and model.spec.vertical == "displacement":
-        path = fly(path, frames.centre, frames.accelerations)
-    clip = replace(clip, root_position=path)
-    clip = hold_feet(clip) if filtered else clip
-    return replace(motion, root_position=_at_frames(clip.root_position, motion))
+    if filtered:
+        path = filtered_path(path, clip, frames if accelerations is not None and model.spec.steps_ahead else None)
+    return replace(motion, root_position=_at_frames(path, motion))
+
+
+def filtered_path(path: np.ndarray, clip: BodyMotion, felt: RootFrames | None) -> np.ndarray:
+    """Return a path (N, 3) [m] that flies in the air and holds feet that stand.
+
+    Args:
+        path: As a model says [m], shape (N, 3).
+        clip: That it belongs to, at 100 Hz.
+        felt: Its frames with measured accelerations; None where there are none, or where heights are known: then it never flies.
+    """
+    if felt is not None:
+        path = fly(path, felt.centre, felt.accelerations)
+    return hold_feet(replace(clip, root_position=path)).root_position
 
 
 def standing_root(motion: BodyMotion) -> np.ndarray:

@@ -1,22 +1,21 @@
 """Runs root models, and what needs no training, over the test takes and the real walk."""
 
 from collections.abc import Iterable
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from agents.reconstruct_root import filtered_path
 from agents.root_model import RootModel
 from agents.root_path import FULL_ORDER, root_path
-from agents.shipped import WEIGHTS, shipped_root_model
-from datasets.anti_skate import hold_feet
+from agents.shipped import shipped_root_model
 from datasets.root_frames import root_frames
 from eval.real_walk import RealWalk, contact_root, turned_onto
 from eval.root_metrics import distance_ratio, drift, e_mse, motionless
 from eval.root_scores import Paths, Scores, score, trajectory_errors
 from eval.root_tests import IMU, OPTICAL, Take, Takes
 
-STILL_FEET = ("e_mse", "drift", "distance_ratio", "stairs_error")  # measured with the anti-skate filter as well
+FILTERED = ("e_mse", "drift", "distance_ratio", "stairs_error")  # measured after the filters as well
 
 
 class Examined(NamedTuple):
@@ -46,7 +45,7 @@ def examine(model: RootModel, poses: str, takes: Takes, walk: RealWalk) -> Exami
     paths = paths_of(model, tested)
     found = score(tested, paths, model.spec.vertical == "height")
     if model.spec.steps_ahead:
-        found |= _still_feet(tested, paths)
+        found |= _filtered(model, tested, paths)
         if model.spec.accelerations:
             found |= _orders(model, tested)
         if poses == IMU:
@@ -69,12 +68,11 @@ def peers(takes: Takes, walk: RealWalk) -> dict[str, Examined]:
         "motionless root": Examined(OPTICAL, score(takes[OPTICAL], still, False), still),
         "the simulated suit's own root": Examined(IMU, score(takes[IMU], own, False), own),
     }
-    if (WEIGHTS / "planar.safetensors").is_file():
-        found["planar model as shipped, optical poses"] = examine(shipped_root_model("planar"), OPTICAL, takes, walk)
-    if (WEIGHTS / "root3d.safetensors").is_file():
+    shipped = {"planar": "planar model, {} poses", "root3d": "Root3D, {} poses and accelerations", "root3d_pose": "Root3D, {} poses alone"}
+    for model, name in shipped.items():
         for poses in (OPTICAL, IMU):
-            name = "IMU" if poses == IMU else poses
-            found[f"Root3D as shipped, {name} poses and accelerations"] = examine(shipped_root_model("root3d"), poses, takes, walk)
+            row = "as shipped: " + name.format("IMU" if poses == IMU else poses)
+            found[row] = examine(shipped_root_model(model), poses, takes, walk)
     return found
 
 
@@ -101,14 +99,17 @@ def walk_scores(path: np.ndarray, truth: np.ndarray, suffix: str = "") -> Scores
 
 def _walk_of(model: RootModel, walk: RealWalk) -> Scores:
     path = root_path(model, root_frames(walk.motion, walk.accelerations), walk.truth[0])
-    held = hold_feet(replace(walk.motion, root_position=path)).root_position
-    return walk_scores(path, walk.truth) | walk_scores(held, walk.truth, "_still_feet")
+    frames = root_frames(walk.motion, walk.accelerations)
+    held = filtered_path(path, walk.motion, frames if model.spec.accelerations else None)
+    return walk_scores(path, walk.truth) | walk_scores(held, walk.truth, "_filtered")
 
 
-def _still_feet(takes: list[Take], paths: Paths) -> Scores:
-    held = [hold_feet(replace(take.seen, root_position=path)).root_position for take, path in zip(takes, paths, strict=True)]
+def _filtered(model: RootModel, takes: list[Take], paths: Paths) -> Scores:
+    held = [
+        filtered_path(path, take.seen, take.frames if model.spec.accelerations else None) for take, path in zip(takes, paths, strict=True)
+    ]
     found = score(takes, held, absolute_height=False)
-    return {f"{name}_still_feet": found[name] for name in STILL_FEET if name in found}
+    return {f"{name}_filtered": found[name] for name in FILTERED if name in found}
 
 
 def _orders(model: RootModel, takes: list[Take]) -> Scores:

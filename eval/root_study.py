@@ -25,7 +25,7 @@ from trainers.run_log import make_console
 
 TRAINED_ON = "cmu/train"
 SEEDS = 3
-SAMPLES = {"planar": 200_000, "root3d": 3_000_000}  # windows of each training: about 100 s of a core
+SAMPLES = {"planar": 150_000, "root3d": 2_500_000}  # windows of each training: about 100 s of a core
 PREPARED = ("data.synthetic=4", "data.takes=4")  # what takes minutes to prepare rather than a quarter of an hour
 EVALUATIONS = 2  # of each training on its held-out performer
 Row = dict[str, Any]

@@ -26,10 +26,10 @@ _SETS = {
     "e_mse_gaits": Measure("m²", "of walks and runs"),
     "e_mse_dances": Measure("m²", "of dances"),
     "e_mse_on_imu_poses": Measure("m²", "of a model of optical poses on those of simulated suits"),
-    "e_mse_still_feet": Measure("m²", "after the anti-skate filter"),
-    "drift_still_feet": Measure("ratio", "after the anti-skate filter"),
-    "distance_ratio_still_feet": Measure("ratio", "after the anti-skate filter"),
-    "stairs_error_still_feet": Measure("cm", "after the anti-skate filter"),
+    "e_mse_filtered": Measure("m²", "after the filters of flights and feet"),
+    "drift_filtered": Measure("ratio", "after the filters of flights and feet"),
+    "distance_ratio_filtered": Measure("ratio", "after the filters of flights and feet"),
+    "stairs_error_filtered": Measure("cm", "after the filters of flights and feet"),
 }
 _FRAMES = {
     f"{moment}_{axis}": Measure("cm/frame" if axis != "v" else "cm/frame, cm", f"{what} of each frame's {where} error")
@@ -44,7 +44,7 @@ _HEIGHTS = {
 }
 _WALK = {
     f"walk_{name}{suffix}": Measure(unit, text + still)
-    for suffix, still in (("", ""), ("_still_feet", "; after the anti-skate filter"))
+    for suffix, still in (("", ""), ("_filtered", "; after the filters of flights and feet"))
     for name, unit, text in (
         ("drift", "ratio", "error at the end over the distance walked, headings equal at the pelvis"),
         ("drift_turned", "ratio", "the same, the path turned as a whole onto the truth"),
@@ -54,13 +54,13 @@ _WALK = {
     )
 }
 GROUPS = (
-    Group("Trajectories", "Of the network's plain output, without the anti-skate filter.", _TRAJECTORIES),
+    Group("Trajectories", "Of the network's plain output, without filters.", _TRAJECTORIES),
     Group(
         "Errors of each frame (Table 2.1)",
         "Estimate less truth of the pelvis, along its own axes; models of an absolute height have their vertical error in cm.",
         _FRAMES,
     ),
-    Group("Sets of clips, and the anti-skate filter", "Parts of the test clips, and other poses.", _SETS),
+    Group("Sets of clips, and filters", "Parts of the test clips, and other poses.", _SETS),
     Group(
         "Order of the reconstruction (figure 3.2)",
         "e_mse for each w of F_w (eq. 3.12).",

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import torch
 
+from configs.errors import InputError
 from datasets.motion_library import MotionLibrary
 from envs.vector_env import AdaptMimicVectorEnv
 from eval import benchmark
@@ -127,3 +128,9 @@ def test_root_benchmark_writes_its_figures(tmp_path: Path, monkeypatch: pytest.M
     }
     assert all(row["rate"] > 0.0 for row in found["rows"].values())
     assert "frames/s" in capsys.readouterr().out
+
+
+def test_root_benchmark_needs_a_window_of_motion() -> None:
+    clip = replace(swaying("sway", 40, 0.3), fps=100.0)
+    with pytest.raises(InputError, match="40 frames at 100 Hz is too short for planar_unet, which needs 64"):
+        measure_root(Task(clip, np.zeros((40, 19, 3)), 40), 1)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from datasets.imu_suit import SENSOR_BODIES
-from eval import root_examine, root_scores, root_study, root_tests
+from eval import root_scores, root_study, root_tests
 from eval.real_walk import RealWalk
 from eval.root_rows import MODELS, ROOT3D_IMU, UNET
 from eval.root_trainings import Training
@@ -63,7 +63,6 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(root_study, "compare_accelerations", lambda _: [row])
     monkeypatch.setattr(root_tests, "SUITS", 1)
     monkeypatch.setattr(root_scores, "LONG", 1.0)
-    monkeypatch.setattr(root_examine, "WEIGHTS", Path("nowhere"))
 
 
 def test_the_study_leaves_its_table_and_a_page(small: None, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
