@@ -29,8 +29,10 @@ def root_path(model: RootModel, frames: RootFrames, start: np.ndarray, order: in
         order: w of F_w, from 0 to 7; has no effect on planar models.
 
     Raises:
-        InputError: If the clip is shorter than a window.
+        InputError: If the clip is shorter than a window, or there is no such order.
     """
+    if not 0 <= order <= FULL_ORDER:
+        raise InputError(f"order is {order}, should be from 0 to {FULL_ORDER}")
     spec = model.spec
     check_length(spec, len(frames.heading))
     paths = predict_windows(model, frames)

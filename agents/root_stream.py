@@ -74,7 +74,7 @@ class RootStream:
         """Return the positions (delay, 3) [m] of the last frames, and get ready for another performance.
 
         Raises:
-            InputError: If fewer frames came than a window has.
+            InputError: If fewer frames came than a window has; more may come.
         """
         check_length(self._spec, self._count)
         self._know(self._votes.rest())
@@ -118,7 +118,7 @@ class RootStream:
         if measured is not None:
             if self._spec.accelerations:
                 vectors = np.concat([vectors, measured])
-            if self._spec.vertical == "displacement":  # of an absolute height nothing has to be remembered
+            if self._spec.steps_ahead:
                 self._filters.feel(measured)
         self._vectors = np.concat([self._vectors[1:], vectors[None]], dtype=np.float32)
         self._headings = np.append(self._headings[1:], heading(rotations[0]).astype(np.float32))

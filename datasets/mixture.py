@@ -1,9 +1,12 @@
 """Which clips are drawn, how often, and whose are kept out of training."""
 
+import hashlib
+import json
 from collections.abc import Sequence
 
 import numpy as np
 
+from configs.errors import InputError
 from datasets.motion_library import ClipInfo
 
 HOLDOUT_SHARE = 0.08  # of all frames that a held-out performer should have: enough to measure, little to miss
@@ -25,6 +28,30 @@ def clip_weights(clips: Sequence[ClipInfo], suit_share: float) -> np.ndarray:
         return frames / frames.sum()
     shares = np.where(suited, suit_share / frames[suited].sum(), (1.0 - suit_share) / frames[~suited].sum())
     return shares * frames
+
+
+def choose_holdout(clips: Sequence[ClipInfo], wanted: str) -> str:
+    """Return the performer to hold out, or "none".
+
+    Args:
+        clips: To choose from.
+        wanted: "auto", "none" or a performer's name, ``data.holdout`` of a config.
+
+    Raises:
+        InputError: If there is no such performer, or no other one.
+    """
+    held_out = wanted if wanted != "auto" else pick_holdout(clips)
+    performers = sorted({clip.performer for clip in clips})
+    if held_out not in ("none", *performers):
+        raise InputError(f"data.holdout is '{held_out}', should be auto, none or one of {', '.join(performers)}")
+    if performers == [held_out]:
+        raise InputError(f"data.holdout is '{held_out}', the only performer: nothing is left to train on; hold out none")
+    return held_out
+
+
+def identity(clips: Sequence[ClipInfo]) -> str:
+    """Return what tells a set of clips from another: a resumed run must go on with the same."""
+    return hashlib.sha256(json.dumps([(clip.name, clip.frames) for clip in clips]).encode()).hexdigest()
 
 
 def pick_holdout(clips: Sequence[ClipInfo]) -> str:

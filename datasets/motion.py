@@ -62,6 +62,7 @@ class BodyMotion:
         performer: Who moved; training and test sets never share one.
         system: How it was captured: "optical", "imu", "synthetic" or "imu_suit" (simulated).
         kind: Kind of motion in a word or two, such as "walk".
+        rooted: Whether the recording says where the pelvis went; else ``root_position`` is a place holder.
     """
 
     root_position: np.ndarray
@@ -71,6 +72,7 @@ class BodyMotion:
     performer: str = "unknown"
     system: str = "unknown"
     kind: str = "unknown"
+    rooted: bool = True
 
     def __post_init__(self) -> None:
         """Freeze and check the arrays."""

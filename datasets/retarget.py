@@ -21,6 +21,7 @@ from datasets.skeleton import forward_kinematics
 # The ground is where feet stand: measured on 48 CMU clips, this quarter of standing soles left them floating 5 mm and
 # sinking 3 mm on average, where the lowest tenth of all frames left them floating 18 mm and sinking 1 mm.
 STANDING_PERCENTILE = 25.0
+STAYS = 0.01  # m; a pelvis that stays within was never located: nobody keeps so still
 SAME_LEVEL = 0.08  # m; soles that stand higher than that stand on something
 LOWEST_PERCENTILE = 30.0  # of the lowest point in all frames, where no foot ever stands
 TOE_BEND = np.radians(60.0)  # as far as a toe gives way to the ground
@@ -83,7 +84,8 @@ def retarget(capture: Capture) -> Retargeted:
     turn = np.broadcast_to(_turn(-yaw), (len(root), 4))
     root = rotate(turn, root - np.append(origin, 0.0))
     local[:, 0] = multiply(turn, local[:, 0])
-    motion = BodyMotion(root, _continuous(local), capture.motion.fps, capture.motion.name)
+    rooted = bool(np.ptp(world.positions["pelvis"], axis=0).max() > STAYS)
+    motion = BodyMotion(root, _continuous(local), capture.motion.fps, capture.motion.name, rooted=rooted)
     lift = -_ground(motion, calibration.stands)
     motion = _bend_toes(replace(motion, root_position=root + np.array([0.0, 0.0, lift])))
     return Retargeted(motion, capture, calibration, scale, origin, yaw, lift)

@@ -15,6 +15,7 @@ from datasets.motion import BodyMotion
 from datasets.rotation import Array, heading, namespace
 
 RATE = SENSOR_RATE  # Hz, thesis 2.4.3 and 3.4.1
+MOST_LIFT = 3.0  # m/s^2, mean of a clip of a second or more: who starts and ends at rest has 0, a whole long jump's flight -5
 LEGS: tuple[int, ...] = tuple(b for b, name in enumerate(NAMES) if name.startswith(("pelvis", "thigh", "shin", "foot", "toe")))
 
 
@@ -48,7 +49,7 @@ def root_frames(motion: BodyMotion, accelerations: np.ndarray | None = None, tru
         truth: The clean clip behind a faulty one, of the same rate and length.
 
     Raises:
-        InputError: If the accelerations have another shape or length, or are not finite.
+        InputError: If the accelerations have another shape or length, are not finite, or still hold gravity.
     """
     clip = resample(motion, RATE)
     if accelerations is not None:
@@ -77,6 +78,12 @@ def _checked(accelerations: np.ndarray, name: str, frames: int) -> np.ndarray:
         sample, sensor = bad[0][:2]
         raise InputError(
             f"{name}: acceleration of {NAMES[SENSOR_BODIES[sensor]]} at sample {sample} is not a finite number; cut or fill the gap"
+        )
+    lift = float(accelerations[:, 0, 2].mean())
+    if frames >= RATE and abs(lift) > MOST_LIFT:
+        raise InputError(
+            f"{name}: the pelvis accelerates by {lift:.1f} m/s^2 upwards on average, should be near 0: free accelerations have gravity "
+            "taken away, in the world's axes with z up"
         )
     return np.concat([accelerations, accelerations[-1:]])[:frames]
 

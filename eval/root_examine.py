@@ -12,6 +12,7 @@ from agents.shipped import shipped_root_model
 from datasets.root_frames import root_frames
 from eval.real_walk import RealWalk, contact_root, turned_onto
 from eval.root_metrics import distance_ratio, drift, e_mse, motionless
+from eval.root_rows import MOTIONLESS, OWN_ROOT, WALK_CONTACTS, WALK_OWN_ROOT
 from eval.root_scores import Paths, Scores, score, trajectory_errors
 from eval.root_tests import IMU, OPTICAL, Take, Takes
 
@@ -37,7 +38,7 @@ def examine(model: RootModel, poses: str, takes: Takes, walk: RealWalk) -> Exami
 
     Args:
         model: Trained.
-        poses: That it is tested on; with those of suits it is also tried on the real walk, if it is one for suits.
+        poses: That it is tested on; with those of suits Root3D is tried on the real walk as well.
         takes: All test takes.
         walk: The real one.
     """
@@ -50,7 +51,9 @@ def examine(model: RootModel, poses: str, takes: Takes, walk: RealWalk) -> Exami
             found |= _orders(model, tested)
         if poses == IMU:
             found |= _walk_of(model, walk)
-    elif poses == OPTICAL:
+        return Examined(poses, found, paths)
+    found = {name: value for name, value in found.items() if not name.startswith("stairs_")}  # planar models know level ground alone
+    if poses == OPTICAL:
         found["e_mse_on_imu_poses"] = float(trajectory_errors(takes[IMU], paths_of(model, takes[IMU])).mean())
     return Examined(poses, found, paths)
 
@@ -65,8 +68,8 @@ def peers(takes: Takes, walk: RealWalk) -> dict[str, Examined]:
     still = [motionless(take.truth.root_position) for take in takes[OPTICAL]]
     own = [take.seen.root_position for take in takes[IMU]]
     found = {
-        "motionless root": Examined(OPTICAL, score(takes[OPTICAL], still, False), still),
-        "the simulated suit's own root": Examined(IMU, score(takes[IMU], own, False), own),
+        MOTIONLESS: Examined(OPTICAL, score(takes[OPTICAL], still, False), still),
+        OWN_ROOT: Examined(IMU, score(takes[IMU], own, False), own),
     }
     shipped = {"planar": "planar model, {} poses", "root3d": "Root3D, {} poses and accelerations", "root3d_pose": "Root3D, {} poses alone"}
     for model, name in shipped.items():
@@ -80,8 +83,8 @@ def walk_peers(walk: RealWalk) -> dict[str, Scores]:
     """Return the same measures of the real walk for what needs no model."""
     return {
         "the real walk, motionless": walk_scores(motionless(walk.truth), walk.truth),
-        "the real walk, the suit's own root": walk_scores(walk.motion.root_position, walk.truth),
-        "the real walk, foot contacts": walk_scores(contact_root(walk), walk.truth),
+        WALK_OWN_ROOT: walk_scores(walk.motion.root_position, walk.truth),
+        WALK_CONTACTS: walk_scores(contact_root(walk), walk.truth),
     }
 
 
@@ -98,8 +101,8 @@ def walk_scores(path: np.ndarray, truth: np.ndarray, suffix: str = "") -> Scores
 
 
 def _walk_of(model: RootModel, walk: RealWalk) -> Scores:
-    path = root_path(model, root_frames(walk.motion, walk.accelerations), walk.truth[0])
     frames = root_frames(walk.motion, walk.accelerations)
+    path = root_path(model, frames, walk.truth[0])
     held = filtered_path(path, walk.motion, frames if model.spec.accelerations else None)
     return walk_scores(path, walk.truth) | walk_scores(held, walk.truth, "_filtered")
 

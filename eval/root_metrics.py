@@ -7,7 +7,7 @@ import numpy as np
 from datasets.root_frames import face_forward
 
 WINDOW_SECONDS = 10.0
-TRAVELS = 1.0  # m, that the root must travel in a window to be measured
+TRAVELS = 1.0  # m, that the root must travel in a clip for it to be measured
 STRIDE_SECONDS = 0.2  # over which travelled ways are added up, so that jitter is no way
 
 
@@ -24,8 +24,8 @@ def distance(truth: np.ndarray) -> float:
 
 
 def travelling_windows(truth: np.ndarray, fps: float) -> list[slice]:
-    """Return the windows in which the root travels at least 1 m."""
-    return [part for part in windows(len(truth), fps) if distance(truth[part]) >= TRAVELS]
+    """Return the windows of a clip whose root travels at least 1 m; none of another."""
+    return list(windows(len(truth), fps)) if distance(truth) >= TRAVELS else []
 
 
 def e_mse(path: np.ndarray, truth: np.ndarray) -> float:

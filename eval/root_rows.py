@@ -10,6 +10,9 @@ ROOT_TARGET, DISPLACEMENT, UNET_IMU = "u-net, root as target", "u-net, vertical 
 ROOT3D_OPTICAL = "Root3D, optical poses and accelerations"
 ROOT3D_IMU = "Root3D, IMU poses and accelerations"
 ROOT3D_ALONE = "Root3D, IMU poses alone"
+MOTIONLESS, OWN_ROOT = "motionless root", "the simulated suit's own root"
+SHIPPED_OPTICAL, SHIPPED_IMU = (f"as shipped: Root3D, {poses} poses and accelerations" for poses in ("optical", "IMU"))
+WALK_OWN_ROOT, WALK_CONTACTS = "the real walk, the suit's own root", "the real walk, foot contacts"
 RUN_WALK_IDLE = "run,jog,dash,walk,turn,stand"  # kinds of motion that stand for the thesis's run, walk and idle (RWI)
 
 

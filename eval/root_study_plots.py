@@ -8,12 +8,11 @@ import numpy as np
 from agents.root_path import FULL_ORDER
 from datasets.root_frames import RATE
 from eval.root_examine import Examined
-from eval.root_rows import CNN, ROOT3D_ALONE, ROOT3D_IMU, ROOT3D_OPTICAL, UNET
+from eval.root_rows import CNN, OWN_ROOT, ROOT3D_ALONE, ROOT3D_IMU, ROOT3D_OPTICAL, SHIPPED_IMU, UNET
 from eval.root_scores import METRES, error_table
 from eval.root_tests import IMU, SUITS, Take, Takes
 from eval.study_page import Plot
 
-OWN_ROOT = "the simulated suit's own root"
 COLOURS = {  # legible on white and on black
     ROOT3D_OPTICAL: "#2f7dc8",
     ROOT3D_IMU: "#d9541f",
@@ -21,6 +20,7 @@ COLOURS = {  # legible on white and on black
     UNET: "#6b9e5b",
     CNN: "#9a7fb8",
     OWN_ROOT: "#8a8f98",
+    SHIPPED_IMU: "#c2408f",
 }
 SHORT = {
     ROOT3D_OPTICAL: "Root3D, optical",
@@ -29,6 +29,7 @@ SHORT = {
     UNET: "planar u-net",
     CNN: "planar CNN",
     OWN_ROOT: "suit's own",
+    SHIPPED_IMU: "Root3D as shipped, IMU",
 }
 SHOWN = ("bnr_dataset-2_walk-turn-left_youthful_001", "bnr_dataset-2_walk_feminine_001", "bnr_dataset-2_run_youthful_001",
          "cmu_salsa_22", "cmu_05_01_mh165", "cmu_01_01")  # fmt: skip

@@ -65,9 +65,16 @@ class Training:
         """Return how far the run has come; None where there is none with this config that could go on."""
         written = self.folder / "config.yaml"
         newest = load_newest(self.folder / "checkpoints")
-        if newest is None or not written.is_file() or load_config(RootConfig, written) != self.resolved():
+        if newest is None or not written.is_file() or not self._is_ours(written):
             return None
         return Clock(**newest[0]["clock"])
+
+    def _is_ours(self, written: Path) -> bool:
+        """Return whether a run's config is this one's; one that an older version wrote may not even load."""
+        try:
+            return load_config(RootConfig, written) == self.resolved()
+        except InputError:
+            return False
 
     def is_done(self) -> bool:
         """Return whether the run has come to its end."""

@@ -33,7 +33,8 @@ def _run(options: argparse.Namespace) -> None:
     options.out.mkdir(parents=True, exist_ok=True)
     write_whole(options.out / "study.json", text + "\n")
     write_whole(options.out / "index.html", study_page(study))
-    print(study_text(study))
+    print(study_text(study.table, study.groups[0].measures if study.groups else ()))
+    print(f"study: {options.out / 'index.html'} and {options.out / 'study.json'}")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """A study as a page and as text: groups of measures as tables, ours beside the published values, findings and plots."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -50,7 +50,7 @@ class Study:
 
     Attributes:
         table: What ``study.json`` holds: study, rows and findings.
-        groups: Tables of the page; one table of everything if empty.
+        groups: Tables of the page, the first of which the terminal shows too; one table of everything if empty.
         plots: Pictures of it.
         notes: What a reader must know.
     """
@@ -85,21 +85,26 @@ def study_page(study: Study) -> str:
         groups=[(group, _rows_of(group, study)) for group in _groups(study)],
         sections=sections,
         notes=study.notes,
-        text=study_text(Study(study.table)),
+        text=study_text(study.table),
     )
 
 
-def study_text(study: Study) -> str:
-    """Return the measures of the tables as text: one block a row, one line a measure, then the findings."""
-    shown = [key for group in _groups(study) for key in group.measures]
+def study_text(table: Mapping[str, Any], measures: Collection[str] = ()) -> str:
+    """Return a study as text: one block a row, one line a measure, then the findings.
+
+    Args:
+        table: What ``study.json`` holds.
+        measures: Those that are shown; all if empty.
+    """
     lines = []
-    for row in study.table["rows"]:
-        lines.append(row["name"])
-        for key in (key for key in shown if key in row["ours"]):
+    for row in table["rows"]:
+        shown = [key for key in row["ours"] if not measures or key in measures]
+        lines += [row["name"]] if shown else []
+        for key in shown:
             value, known = row["ours"][key], row["published"].get(key)
             published = "" if known is None else f"   published {known:.4g}"
             lines.append(f"    {key:28s} {value['mean']:10.4g} +- {value['std']:<10.4g} n={value['seeds']}{published}")
-    lines += [f"{'yes' if finding['reproduced'] else 'NO '}  {finding['finding']}" for finding in study.table["findings"]]
+    lines += [f"{'yes' if finding['reproduced'] else 'NO '}  {finding['finding']}" for finding in table["findings"]]
     return "\n".join(lines)
 
 

@@ -66,6 +66,6 @@ def _flatten(tree: dict[str, Any], prefix: str, arrays: dict[str, np.ndarray], p
         if isinstance(value, dict):
             _flatten(value, name + _BETWEEN, arrays, plain)
         elif isinstance(value, np.ndarray):
-            arrays[name] = np.ascontiguousarray(value)
+            arrays[name] = np.array(value, order="C")
         else:
             plain[name] = value

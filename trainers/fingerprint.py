@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
 
+from agents.shipped import WEIGHTS
 from datasets.motion import BodyMotion
 from datasets.sources import read_index
 
@@ -23,8 +24,9 @@ def fingerprint(settings: Mapping[str, object], source: str, mapping: str) -> st
     root = Path(source)
     files = [root] if root.is_file() else sorted(root.rglob("*.[bB][vV][hH]"))
     rooms = Path(inspect.getfile(BodyMotion)).parent, Path(__file__).parent
-    code = [*sorted(rooms[0].glob("*.py")), *(rooms[1] / name for name in ("fingerprint.py", "motions.py", "root_data.py"))]
-    digest.update(f"scipy {version('scipy')}, vqf {version('vqf')}".encode())
+    code = [*sorted(rooms[0].glob("*.py")), *(rooms[1] / name for name in ("fingerprint.py", "motions.py", "root_data.py", "roots.py"))]
+    code += [*sorted(WEIGHTS.parent.glob("*.py")), *sorted(WEIGHTS.glob("*.safetensors"))]  # roots may be theirs
+    digest.update(", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "torch", "vqf")).encode())
     for file in [*files, *code, *(path for path in [Path(mapping)] if path.is_file())]:
         digest.update(str(file.relative_to(root) if file in files and root.is_dir() else file.name).encode())
         digest.update(file.read_bytes())

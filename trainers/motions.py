@@ -1,6 +1,5 @@
 """Clips, suits and mixture put together into the libraries that a run trains and selects on; prepared once, then cached."""
 
-import hashlib
 import json
 import os
 from collections.abc import Callable
@@ -14,7 +13,7 @@ from safetensors.numpy import save_file
 from configs.errors import InputError
 from datasets.imu_fusion import simulate_suit
 from datasets.jumps import cut_at_jumps
-from datasets.mixture import clip_weights, pick_holdout
+from datasets.mixture import choose_holdout, clip_weights, identity
 from datasets.motion import BodyMotion
 from datasets.motion_library import ClipInfo, MotionLibrary
 from datasets.roles import read_mapping
@@ -45,8 +44,7 @@ class PreparedMotions:
     @property
     def identity(self) -> str:
         """What tells this motion from another: a resumed run must go on with the same."""
-        clips = [(clip.name, clip.frames) for clip in (*self.training.clips, *self.holdout.clips)]
-        return hashlib.sha256(json.dumps(clips).encode()).hexdigest()
+        return identity((*self.training.clips, *self.holdout.clips))
 
 
 def prepare_motions(config: DataConfig, cache: Path, say: Callable[[str], None]) -> PreparedMotions:
@@ -69,12 +67,8 @@ def prepare_motions(config: DataConfig, cache: Path, say: Callable[[str], None])
         _write_library(library, path)
     else:
         say(f"motion from {config.motions} was prepared before: {path}")
-    held_out = config.holdout if config.holdout != "auto" else pick_holdout(library.clips)
-    performers = sorted({clip.performer for clip in library.clips})
-    if held_out not in ("none", *performers):
-        raise InputError(f"data.holdout is '{held_out}', should be auto, none or one of {', '.join(performers)}")
-    if performers == [held_out]:
-        raise InputError(f"data.holdout is '{held_out}', the only performer: nothing is left to train on; hold out none")
+    say(f"roots of suits and of clips without one: {config.roots}")
+    held_out = choose_holdout(library.clips, config.holdout)
     training = library.select([clip.performer != held_out for clip in library.clips])
     holdout = library.select([held_out in ("none", clip.performer) for clip in library.clips])
     return PreparedMotions(training, clip_weights(training.clips, config.suit_share), holdout, held_out)

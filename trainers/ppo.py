@@ -17,7 +17,7 @@ from trainers.ppo_learner import PpoLearner
 from trainers.ppo_log import PpoLog
 from trainers.progress import Clock, Stop
 from trainers.rollout_pool import RolloutPool
-from trainers.run_folder import move_aside
+from trainers.run_folder import make_folder, move_aside
 from trainers.run_log import commit_of_code, make_console
 
 
@@ -27,10 +27,11 @@ def train(config: PpoConfig, resume: bool) -> Path:
     folder = Path(config.runs_dir) / config.name
     if resume and load_newest(folder / "checkpoints") is None:
         raise InputError(f"there is no checkpoint to resume in {folder}/checkpoints; start without --resume")
+    make_folder(Path(config.runs_dir))  # before minutes are spent
     motions = prepare_motions(config.data, Path(config.runs_dir) / "cache", console.print)
     if not resume:
         move_aside(folder, console.print)
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     learner = PpoLearner(config)
     selection = ModelSelection(config, motions, folder)
     with RolloutPool(config, motions.training, motions.weights) as pool:

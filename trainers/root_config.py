@@ -21,6 +21,7 @@ class RootDataConfig:
         tempo: All takes but the first are performed slower or quicker by up to this factor.
         suit_severity: How bad the suits are: 0 perfect, 1 as in the literature.
         holdout: Performer of the source kept out of training for model selection; "auto" picks one, "none" selects on training clips.
+        test: Performers of the source who are left out of everything, for tests.
         seed: Of everything random in the motion.
     """
 
@@ -34,11 +35,13 @@ class RootDataConfig:
     tempo: float = 1.5
     suit_severity: float = 1.0
     holdout: str = "auto"
+    test: tuple[str, ...] = ()
     seed: int = 0
 
     def __post_init__(self) -> None:
         """Check the values; OmegaConf hands lists over."""
         object.__setattr__(self, "kinds", tuple(self.kinds))
+        object.__setattr__(self, "test", tuple(self.test))
         require(self.synthetic >= 0, "data.synthetic", self.synthetic, "0 or more")
         require(self.poses in ("optical", "imu", "both"), "data.poses", f"'{self.poses}'", "optical, imu or both")
         require(self.takes >= 1, "data.takes", self.takes, "1 or more")
@@ -115,5 +118,10 @@ class RootConfig:
         """Check the values."""
         for name in ("samples", "evaluate_every", "checkpoint_every"):
             require(getattr(self, name) >= 1, name, getattr(self, name), "1 or more")
+        sequence, batch = self.learner.sequence, self.learner.batch
+        if sequence > 1:
+            multiple = f"1, or such that learner.batch ({batch}) is a multiple of twice it"
+            should = multiple if self.model.steps_ahead else "1 for planar networks"
+            require(self.model.steps_ahead and batch % (2 * sequence) == 0, "learner.sequence", sequence, should)
         require(self.minutes >= 0.0, "minutes", self.minutes, "0 (no limit) or more")
         require(bool(self.name) and "/" not in self.name, "name", repr(self.name), "a folder's name")

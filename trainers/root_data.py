@@ -1,6 +1,5 @@
 """Clips of a source and made-up people, through simulated suits, as the windows that a root model learns from; prepared once."""
 
-import hashlib
 import json
 import os
 from collections.abc import Callable
@@ -16,7 +15,7 @@ from configs.errors import InputError
 from datasets.imu_fusion import simulate_suit
 from datasets.jumps import cut_at_jumps
 from datasets.kinematics import resample
-from datasets.mixture import pick_holdout
+from datasets.mixture import choose_holdout, identity, pick_holdout
 from datasets.motion import BodyMotion
 from datasets.motion_library import ClipInfo
 from datasets.roles import read_mapping
@@ -71,8 +70,7 @@ class RootData:
     @property
     def identity(self) -> str:
         """What tells this motion from another: a resumed run must go on with the same."""
-        clips = [(clip.name, clip.frames) for clip in (*self.training.clips, *self.holdout.clips)]
-        return hashlib.sha256(json.dumps(clips).encode()).hexdigest()
+        return identity((*self.training.clips, *self.holdout.clips))
 
 
 def prepare_root_data(config: RootDataConfig, cache: Path, say: Callable[[str], None]) -> RootData:
@@ -86,7 +84,7 @@ def prepare_root_data(config: RootDataConfig, cache: Path, say: Callable[[str], 
     Raises:
         InputError: If the source is bad, holds nothing to train on, or the held-out performer is unknown.
     """
-    settings = {**asdict(config), "holdout": "", "kinds": "", "rough_ground": True, "poses": "both"}
+    settings = {**asdict(config), "holdout": "", "kinds": "", "test": "", "rough_ground": True, "poses": "both"}
     path = cache / f"root_{fingerprint(settings, config.motions, config.mapping)}.safetensors"
     packed = _read(path)
     if packed is None:
@@ -95,15 +93,12 @@ def prepare_root_data(config: RootDataConfig, cache: Path, say: Callable[[str], 
         _write(packed, path)
     packed = packed.select([_is_wanted(clip, config) for clip in packed.clips])
     if not packed.clips:
-        raise InputError(f"data.kinds={list(config.kinds)} leaves no clip of {config.motions}")
+        raise InputError(f"data.kinds={list(config.kinds)} and data.test={list(config.test)} leave no clip of {config.motions}")
     minutes = sum(clip.frames for clip in packed.clips) / RATE / 60.0
-    real = [clip for clip in packed.clips if clip.system != SYNTHETIC] or list(packed.clips)
-    held_out = config.holdout if config.holdout != "auto" else pick_holdout(real)
+    real = [clip for clip in packed.clips if clip.system != SYNTHETIC]
+    wanted = pick_holdout(real or packed.clips) if config.holdout == "auto" else config.holdout
+    held_out = choose_holdout(packed.clips, wanted)
     performers = sorted({clip.performer for clip in packed.clips})
-    if held_out not in ("none", *performers):
-        raise InputError(f"data.holdout is '{held_out}', should be auto, none or one of {', '.join(performers)}")
-    if performers == [held_out]:
-        raise InputError(f"data.holdout is '{held_out}', the only performer: nothing is left to train on; hold out none")
     training = packed.select([clip.performer != held_out for clip in packed.clips])
     holdout = packed.select([held_out in ("none", clip.performer) for clip in packed.clips])
     say(f"{len(packed.clips)} recordings, {minutes:.0f} minutes, of {len(performers)} performers; held out: {held_out}")
@@ -115,6 +110,7 @@ def _is_wanted(clip: ClipInfo, config: RootDataConfig) -> bool:
     return (
         config.poses in (pose, "both")
         and (not config.kinds or clip.kind in config.kinds)
+        and clip.performer not in config.test
         and (config.rough_ground or clip.kind not in ROUGH_GROUND_KINDS)
     )
 

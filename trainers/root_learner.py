@@ -8,7 +8,8 @@ from torch.nn import functional
 from agents.root_augmentation import RootAugmentation
 from agents.root_model import RootModel
 from agents.root_window import window_features, window_targets
-from datasets.root_frames import face_forward
+from configs.errors import InputError
+from datasets.root_frames import RATE, face_forward
 from trainers.learner_state import get_state, set_state
 from trainers.root_config import RootConfig
 from trainers.root_data import PackedClips, RootData
@@ -30,6 +31,12 @@ class RootLearner:
         self.random = torch.Generator().manual_seed(config.seed)
         self._training, self._starts = data.training, data.training.starts(config.model.window * config.learner.sequence)
         self._holdout, self._scored = data.holdout, _spread(data.holdout, config.model.window)
+        for name, windows in (("training", self._starts), ("held-out", self._scored)):
+            if not len(windows):
+                raise InputError(
+                    f"no {name} clip is as long as {config.model.window * config.learner.sequence + 1} frames at {RATE:g} Hz; "
+                    "take longer clips, a smaller learner.sequence, or another data.holdout"
+                )
         self._augment = RootAugmentation(config.model, self.config.hidden)
         self.model.fit_normalisation(*self._windows(self._training, self._draw(STATISTICS)))
         self.optimiser = torch.optim.Adam(self.model.parameters(), lr=self.config.learning_rate, weight_decay=self.config.weight_decay)
@@ -110,4 +117,4 @@ class RootLearner:
 def _spread(clips: PackedClips, window: int) -> torch.Tensor:
     """Return up to ``SCORED`` windows, evenly over all clips."""
     starts = clips.starts(window)
-    return starts[:: max(1, len(starts) // SCORED)]
+    return starts[:: max(1, -(-len(starts) // SCORED))]

@@ -13,7 +13,6 @@ from datasets.motion import BodyMotion
 
 FAULTY_SYSTEMS = ("imu", "imu_suit")  # what they recorded is no truth, least of all the root
 BY_POSE, BY_SENSORS = "root3d_pose", "root3d"  # which shipped model serves clips without accelerations, and clips with them
-STAYS = 0.01  # m; a root that stays within is none: nobody stands so still
 
 
 @dataclass(frozen=True)
@@ -30,7 +29,7 @@ class Roots:
 
     def of_recordings(self, clips: list[BodyMotion]) -> tuple[list[BodyMotion], dict[str, str]]:
         """Return clips with their roots, and by name the model that gave one: a BVH has no accelerations, so one that needs none."""
-        wanting = {clip.name for clip in clips if clip.system in FAULTY_SYSTEMS or not has_root(clip)} if self.reconstructed else set()
+        wanting = {clip.name for clip in clips if clip.system in FAULTY_SYSTEMS or not clip.rooted} if self.reconstructed else set()
         if wanting:
             names = ", ".join(sorted(wanting))
             self.say(f"{len(wanting)} clips of IMU suits or without a root get theirs from Root3D without accelerations: {names}")
@@ -45,8 +44,3 @@ class Roots:
         clip = on_ground(level_ground(reconstruct_root(shipped_root_model(BY_SENSORS), suit.faulty, suit.accelerations)))
         begin = np.append(suit.clean.root_position[0, :2], 0.0)
         return replace(clip, root_position=clip.root_position + begin)
-
-
-def has_root(clip: BodyMotion) -> bool:
-    """Return whether a clip's root moves at all."""
-    return bool(np.ptp(clip.root_position, axis=0).max() > STAYS)

@@ -4,6 +4,20 @@ from collections.abc import Callable
 from itertools import count
 from pathlib import Path
 
+from configs.errors import InputError
+
+
+def make_folder(folder: Path) -> None:
+    """Create a folder and those above it where they are missing.
+
+    Raises:
+        InputError: If that cannot be.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"runs_dir: {folder} cannot be created: {error.strerror}; name a folder that can be written to") from None
+
 
 def move_aside(folder: Path, say: Callable[[str], None]) -> None:
     """Rename the folder of an earlier run of the same name, if there is one."""

@@ -16,7 +16,7 @@ from trainers.progress import Clock, Stop
 from trainers.root_config import RootConfig
 from trainers.root_data import RootData, prepare_root_data
 from trainers.root_learner import RootLearner
-from trainers.run_folder import move_aside
+from trainers.run_folder import make_folder, move_aside
 from trainers.run_log import RunLog, commit_of_code, make_console
 
 LOGGED_EVERY = 100  # batches
@@ -28,12 +28,13 @@ def train(config: RootConfig, resume: bool) -> Path:
     folder = Path(config.runs_dir) / config.name
     if resume and load_newest(folder / "checkpoints") is None:
         raise InputError(f"there is no checkpoint to resume in {folder}/checkpoints; start without --resume")
+    make_folder(Path(config.runs_dir))  # before minutes are spent
     data = prepare_root_data(config.data, Path(config.runs_dir) / "cache", console.print)
     learner = RootLearner(config, data)
     if not resume:
         move_aside(folder, console.print)
-    folder.mkdir(parents=True, exist_ok=True)
-    clock = _resume(folder, learner, data) if resume else Clock()
+    make_folder(folder)
+    clock = _resume(folder, learner, config, data) if resume else Clock()
     save_config(config, folder / "config.yaml")
     log = RunLog(folder, console, clock.samples)
     log.say(f"{config.model.network}, {sum(p.numel() for p in learner.model.parameters()):,} parameters; code {commit_of_code()}")
@@ -49,7 +50,7 @@ def train(config: RootConfig, resume: bool) -> Path:
         if clock.progress(config) >= 1.0 or clock.iteration % config.evaluate_every == 0:
             clock = _evaluate(learner, data, config, clock, log, folder)
         if stop.asked or clock.progress(config) >= 1.0 or clock.iteration % config.checkpoint_every == 0:
-            tree = {"learner": learner.get_state(), "clock": asdict(clock), "motions": data.identity}
+            tree = {"learner": learner.get_state(), "clock": asdict(clock), "made_of": _made_of(config, data)}
             save_checkpoint(folder / "checkpoints", clock.iteration, tree)
     finished = clock.progress(config) >= 1.0
     log.say(f"done: {folder}/best/model.safetensors" if finished else f"stopped and saved; go on with --resume: {folder}")
@@ -91,7 +92,7 @@ def _card(data: RootData, config: RootConfig, clock: Clock, score: dict[str, flo
         "model": asdict(config.model),
         "data": {**asdict(config.data), "motions": source, "mapping": Path(config.data.mapping).name},
         "learner": asdict(config.learner),
-        "clips": sorted({clip.name.split("/")[0] for clip in clips}),
+        "clips": sorted({clip.name.rsplit("/", 1)[0] for clip in clips}),
         "performers": sorted({clip.performer for clip in clips}),
         "held_out": data.held_out,
         "held_out_metrics": score,
@@ -101,14 +102,22 @@ def _card(data: RootData, config: RootConfig, clock: Clock, score: dict[str, flo
     }
 
 
-def _resume(folder: Path, learner: RootLearner, data: RootData) -> Clock:
+def _made_of(config: RootConfig, data: RootData) -> dict[str, object]:
+    """Return what a run that goes on must have in common with its beginning."""
+    settings = {f"model.{name}": value for name, value in asdict(config.model).items()}
+    chosen = ("motions", "mapping", "kinds", "test")  # what they choose is known by the clips
+    settings |= {f"data.{name}": value for name, value in asdict(config.data).items() if name not in chosen}
+    return {**settings, "learner.loss": config.learner.loss, "data.motions": data.identity}
+
+
+def _resume(folder: Path, learner: RootLearner, config: RootConfig, data: RootData) -> Clock:
     """Put the learner into the state of the newest checkpoint; return its clock."""
     newest = load_newest(folder / "checkpoints")
     assert newest is not None  # train looked
     tree, path = newest
-    shapes = {name: tuple(array.shape) for name, array in tree["learner"]["network"].items()}
-    if tree["motions"] != data.identity or shapes != {name: tuple(t.shape) for name, t in learner.model.state_dict().items()}:
-        raise InputError(f"{path} was trained on other motion or with another network; resume with the config and the clips of then")
+    then, now = tree["made_of"], _made_of(config, data)
+    if other := [name for name in now if then.get(name) != now[name]]:
+        raise InputError(f"{path} was trained with another {', '.join(other)}; resume with the config and the clips of then")
     learner.set_state(tree["learner"])
     return Clock(**tree["clock"])
 

@@ -80,6 +80,13 @@ def test_a_centre_of_mass_leads_back_to_the_root() -> None:
     np.testing.assert_allclose(path[:, 2], 0.8, atol=1e-6)
 
 
+@pytest.mark.parametrize("order", [-1, 8])
+def test_an_order_that_does_not_exist_is_one_line(order: int) -> None:
+    frames = RootFrames(*(part.numpy() for part in sliding(20, (0, 0, 0))))
+    with pytest.raises(InputError, match=f"order is {order}, should be from 0 to 7"):
+        root_path(RootModel(RootSpec()), frames, np.zeros(3), order)
+
+
 def test_too_short_a_clip_says_what_is_needed() -> None:
     frames = RootFrames(*(part.numpy() for part in sliding(7, (0, 0, 0))))
     with pytest.raises(InputError, match=r"7 frames at 100 Hz is too short for root3d, which needs 8 \(0.08 s\)"):

@@ -69,10 +69,16 @@ def test_a_stream_gives_the_path_of_the_whole_clip(spec: RootSpec, filtered: boo
 
 
 def test_accelerations_that_only_the_filters_use_count_as_well() -> None:
-    model, accelerations = untrained(PLANAR), measured(CLIP)
+    model, accelerations = untrained(POSE), measured(CLIP)
     whole = reconstruct_root(model, CLIP, accelerations).root_position
     assert np.abs(whole - reconstruct_root(model, CLIP).root_position).max() > 0.1  # it flies
     np.testing.assert_allclose(streamed(RootStream(model), CLIP, accelerations), whole, atol=1e-6, rtol=0)
+
+
+def test_planar_models_do_not_fly() -> None:
+    model = untrained(PLANAR)
+    whole = reconstruct_root(model, CLIP).root_position
+    np.testing.assert_allclose(streamed(RootStream(model), CLIP, measured(CLIP)), whole, atol=1e-6, rtol=0)
 
 
 @pytest.mark.parametrize("more", [0, 1])

@@ -152,6 +152,14 @@ def test_a_toe_gives_way_to_the_ground() -> None:
     assert lowest_points(*body_poses(result.motion))[62:].min() == pytest.approx(-0.0027, abs=1e-4)
 
 
+def test_a_file_whose_hips_never_move_has_no_root() -> None:
+    # Ours is moved about the file's hips as they turn, so it is the file that has to tell.
+    moving = lively()
+    assert retarget(capture(as_bvh(moving), "moving")).motion.rooted
+    pinned = replace(moving, root_position=np.tile([0.3, 0.2, 0.9], (len(moving), 1)))
+    assert not retarget(capture(as_bvh(pinned), "pinned")).motion.rooted
+
+
 def test_the_ground_is_under_the_standing_feet() -> None:
     sunk = posed({}, height=STANDING - 0.11)
     result = retargeted(as_bvh(sunk))

@@ -25,15 +25,22 @@ def test_joints_are_about_the_pelvis_and_the_root_is_the_truths() -> None:
 
 def test_accelerations_may_be_one_sample_short() -> None:
     clip = posed({}, frames=61)
-    assert root_frames(clip, np.ones((100, 19, 3))).accelerations.shape == (101, 19, 3)
+    assert root_frames(clip, np.full((100, 19, 3), 0.5)).accelerations.shape == (101, 19, 3)
     with pytest.raises(InputError, match=r"posed: accelerations have shape \(99, 19, 3\), should be \(101, 19, 3\)"):
-        root_frames(clip, np.ones((99, 19, 3)))
+        root_frames(clip, np.zeros((99, 19, 3)))
 
 
 def test_a_gap_in_the_accelerations_is_named() -> None:
     accelerations = np.zeros((101, 19, 3))
     accelerations[7, 0, 2] = np.nan
     with pytest.raises(InputError, match="posed: acceleration of pelvis at sample 7 is not a finite number"):
+        root_frames(posed({}, frames=61), accelerations)
+
+
+def test_gravity_that_was_left_in_is_noticed() -> None:
+    accelerations = np.zeros((101, 19, 3))
+    accelerations[..., 2] = 9.81
+    with pytest.raises(InputError, match=r"the pelvis accelerates by 9.8 m/s\^2 upwards on average, should be near 0"):
         root_frames(posed({}, frames=61), accelerations)
 
 

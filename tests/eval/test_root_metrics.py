@@ -28,9 +28,9 @@ def test_windows_are_ten_seconds_or_the_whole_shorter_clip() -> None:
     assert list(windows(700, 100.0)) == [slice(0, 700)]
 
 
-def test_windows_count_only_where_the_truth_travels() -> None:
-    truth = np.concat([straight(0.05, 9.99), straight(0.2, 9.99)])  # 0.5 m in the first window, 2 m in the second
-    assert travelling_windows(truth, 100.0) == [slice(1000, 2000)]
+def test_all_windows_of_a_clip_that_travels_count_and_none_of_another() -> None:
+    assert travelling_windows(straight(0.06, 19.99), 100.0) == [slice(0, 1000), slice(1000, 2000)]  # 1.2 m
+    assert travelling_windows(straight(0.04, 19.99), 100.0) == []  # 0.8 m
 
 
 def test_e_mse_is_the_mean_square_over_three_coordinates() -> None:

@@ -89,7 +89,7 @@ def test_the_study_leaves_its_table_and_a_page(small: None, tmp_path: Path, caps
     figures = [json.loads(text) for text in re.findall(r"class=\"figure\"[^>]*>(.*?)</script>", markup, flags=re.DOTALL)]
     assert len(figures) >= 9  # stairs, two times three axes, two orders, by distance
     assert all(line["x"] and len(line["x"]) == len(line["y"]) for figure in figures for line in figure["data"])
-    assert "published 0.191" in capsys.readouterr().out
+    assert "published 0.0041" in capsys.readouterr().out
 
 
 def test_a_missing_recording_is_named_before_any_work(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

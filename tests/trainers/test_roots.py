@@ -11,7 +11,7 @@ from datasets.imu_fusion import simulate_suit
 from datasets.kinematics import body_poses, lowest_points
 from tests.builders import lively, posed
 from trainers import roots
-from trainers.roots import Roots, has_root
+from trainers.roots import Roots
 
 
 @pytest.fixture
@@ -32,7 +32,7 @@ def still_models(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_clips_of_suits_and_clips_without_a_root_get_one() -> None:
     said: list[str] = []
     optical, suit = replace(lively(), name="optical", system="optical"), replace(lively(), name="suit", system="imu")
-    rootless = replace(lively(1), name="rootless", system="optical", root_position=np.zeros((120, 3)))
+    rootless = replace(lively(1), name="rootless", system="optical", rooted=False)
     rooted, by = Roots(True, said.append).of_recordings([optical, suit, rootless])
     assert rooted[0] is optical
     assert by == {"suit": "root3d_pose", "rootless": "root3d_pose"}
@@ -57,8 +57,3 @@ def test_a_simulated_suit_begins_where_its_truth_begins_with_its_feet_on_the_gro
     np.testing.assert_allclose(clip.root_position[0, :2], [3.0, 2.0], atol=1e-6)
     assert abs(lowest_points(*body_poses(clip)).min()) < 0.01
     assert Roots(False, pytest.fail).of_suit(recording) is recording.faulty
-
-
-def test_a_root_that_never_moves_is_none() -> None:
-    assert has_root(lively())
-    assert not has_root(posed({}))

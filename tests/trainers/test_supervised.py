@@ -80,6 +80,29 @@ def test_resumed_equals_uninterrupted(tiny: RootConfig, monkeypatch: pytest.Monk
     same(final_state(whole), final_state(parts))
 
 
+def test_clips_that_are_too_short_are_one_line(tiny: RootConfig) -> None:
+    with pytest.raises(InputError, match="no training clip is as long as 401 frames at 100 Hz"):
+        supervised.train(replace(tiny, learner=replace(tiny.learner, batch=100, sequence=50)), resume=False)
+
+
+def test_test_performers_are_never_seen(tiny: RootConfig) -> None:
+    folder = supervised.train(replace(tiny, samples=64, data=replace(tiny.data, test=("bob",), holdout="none")), resume=False)
+    card = RootModel.load(folder / "best" / "model.safetensors")[1]
+    assert card["performers"] == ["ann"]
+    assert card["data"]["test"] == ["bob"]
+
+
+def test_a_network_with_batch_normalisation_goes_on(tiny: RootConfig) -> None:
+    cnn = replace(
+        tiny, model=RootSpec("planar_cnn", accelerations=False), learner=RootLearnerConfig(loss="mse", batch=16), samples=40 * 16,
+        evaluate_every=40, checkpoint_every=20,
+    )  # fmt: skip
+    whole = supervised.train(replace(cnn, name="whole"), resume=False)
+    supervised.train(replace(cnn, name="parts", samples=20 * 16, evaluate_every=20), resume=False)
+    parts = supervised.train(replace(cnn, name="parts", evaluate_every=20), resume=True)
+    same(final_state(whole)["learner"], final_state(parts)["learner"])
+
+
 def test_an_earlier_run_is_kept(tiny: RootConfig) -> None:
     short = replace(tiny, samples=64)
     supervised.train(short, resume=False)
@@ -90,8 +113,11 @@ def test_an_earlier_run_is_kept(tiny: RootConfig) -> None:
 def test_another_network_is_not_resumed(tiny: RootConfig) -> None:
     short = replace(tiny, samples=64)
     supervised.train(short, resume=False)
-    with pytest.raises(InputError, match="with another network"):
+    with pytest.raises(InputError, match=r"trained with another model.accelerations; resume with"):
         supervised.train(replace(short, model=RootSpec(accelerations=False)), resume=True)
+    with pytest.raises(InputError, match=r"trained with another data.suit_severity, learner.loss; resume with"):
+        others = replace(short, data=replace(short.data, suit_severity=0.5), learner=replace(short.learner, loss="mse"))
+        supervised.train(others, resume=True)
 
 
 @pytest.mark.parametrize(
@@ -102,6 +128,8 @@ def test_another_network_is_not_resumed(tiny: RootConfig) -> None:
         (["data.motions=nowhere"], "nowhere: no such file or folder"),
         (["data.synthetic=0"], "holds no clip of at least 1 s"),
         (["--resume"], "there is no checkpoint to resume"),
+        (["learner.batch=240"], "learner.sequence is 16, should be 1, or such that learner.batch (240) is a multiple of twice it"),
+        (["runs_dir=/dev/null/runs"], "runs_dir: /dev/null/runs cannot be created"),
     ],
 )
 def test_bad_input_is_one_line(arguments: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
