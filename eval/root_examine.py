@@ -8,7 +8,7 @@ import numpy as np
 from agents.reconstruct_root import filtered_path
 from agents.root_model import RootModel
 from agents.root_path import FULL_ORDER, root_path
-from agents.shipped import shipped_root_model
+from agents.shipped import WEIGHTS
 from datasets.root_frames import root_frames
 from eval.real_walk import RealWalk, contact_root, turned_onto
 from eval.root_metrics import distance_ratio, drift, e_mse, motionless
@@ -72,10 +72,12 @@ def peers(takes: Takes, walk: RealWalk) -> dict[str, Examined]:
         OWN_ROOT: Examined(IMU, score(takes[IMU], own, False), own),
     }
     shipped = {"planar": "planar model, {} poses", "root3d": "Root3D, {} poses and accelerations", "root3d_pose": "Root3D, {} poses alone"}
-    for model, name in shipped.items():
+    for file, name in shipped.items():
+        model, card = RootModel.load(WEIGHTS / f"{file}.safetensors")
         for poses in (OPTICAL, IMU):
-            row = "as shipped: " + name.format("IMU" if poses == IMU else poses)
-            found[row] = examine(shipped_root_model(model), poses, takes, walk)
+            one = examine(model, poses, takes, walk)
+            one.scores.update(samples=float(card["windows"]), minutes=60.0 * card["hours"])
+            found["as shipped: " + name.format("IMU" if poses == IMU else poses)] = one
     return found
 
 
