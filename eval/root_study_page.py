@@ -96,5 +96,7 @@ NOTES = (
     "mark, and a finding counts as reproduced by its direction.",
     "All trainings see four takes of each clip and four sets of made-up people, and those of Root3D follow the thesis to the letter: no "
     "support, no sequences, nothing hidden. The models as shipped learnt for longer, from more takes, from poses of both kinds.",
+    "All trainings mirror half of their windows and let the learning rate fall, planar ones also hide half of the joints beside the legs: "
+    "the thesis has none of that. Root3D rows have its network and loss; the package's own models are the rows as shipped.",
     "Run-walk-idle are the training clips whose kind is run, jog, dash, walk, turn or stand.",
 )
