@@ -16,6 +16,7 @@ def thesis_rows() -> Rows:
     """Return rows in which everything is as the thesis found it."""
     base = {
         **{f"mu_{axis}": 0.01 for axis in "flv"}, **{f"sigma_{axis}": 0.2 for axis in "flv"}, "end_error": 10.0, "e_mse": 0.01,
+        "e_mse_filtered": 0.01,
         "e_mse_gaits": 0.02, "e_mse_dances": 0.02, "e_mse_on_imu_poses": 0.05, "distance_ratio": 1.0, "drift": 0.1,
         "height_error_first_half": 2.0, "height_error_second_half": 2.0, "height_error_in_air": 9.0, "height_error_on_ground": 3.0,
         "stairs_error": 2.0, "stairs_ratio": 1.0, "walk_drift": 0.05, "walk_e_mse": 0.1, "walk_e_mse_turned": 0.001,
@@ -29,7 +30,7 @@ def thesis_rows() -> Rows:
         "u-net, vertical displacement": {"height_error_second_half": 8.0},
         ROOT3D_ALONE: {"e_mse": 0.1, "distance_ratio": 0.6},
         "Root3D, optical poses and accelerations": {"e_mse": 0.004},
-        SHIPPED_OPTICAL: {"e_mse": 0.004},
+        SHIPPED_OPTICAL: {"e_mse_filtered": 0.004},
         SHIPPED_IMU: {},
         "motionless root": {"e_mse": 2.0},
         "the real walk, the suit's own root": {"walk_drift": 0.2, "walk_e_mse": 0.2, "walk_e_mse_turned": 0.002},
@@ -71,10 +72,17 @@ def test_the_thesis_repeats_itself() -> None:
         (ROOT3D_IMU, "walk_drift", 0.15, "ends nearer to the truth"),
         (ROOT3D_IMU, "walk_e_mse_turned", 0.0025, "turned onto it"),
         (SHIPPED_IMU, "walk_e_mse_filtered", 0.25, "after its filters, stays nearer"),
-        (SHIPPED_OPTICAL, "e_mse", 0.005, "under that of the thesis"),
+        (SHIPPED_OPTICAL, "e_mse_filtered", 0.005, "after its filters: e_mse is under that of the thesis"),
     ],
 )
 def test_a_finding_that_the_numbers_contradict_is_not_reproduced(row: str, measure: str, value: float, says: str) -> None:
     rows = thesis_rows()
     next(one for one in rows if one["name"] == row)["ours"][measure]["mean"] = value
     assert any(says in one["finding"] and not one["reproduced"] for one in find(rows))
+
+
+def test_a_difference_that_seeds_make_as_well_is_none() -> None:
+    # 10 against 20 cm off, as the thesis found, but from seed to seed the latter changes by 11.
+    rows = thesis_rows()
+    next(one for one in rows if one["name"] == "u-net, root as target")["ours"]["end_error"]["std"] = 11.0
+    assert any("better target than the root" in one["finding"] and not one["reproduced"] for one in find(rows))
