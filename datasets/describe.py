@@ -14,10 +14,11 @@ from rich.text import Text
 
 from configs.command import exit_code_of
 from configs.errors import InputError
-from datasets.capture import UNITS, Capture, read_capture
+from datasets.capture import UNITS, Capture
 from datasets.describe_picture import draw
 from datasets.fidelity import Fidelity, measure
 from datasets.humanoid import NAMES
+from datasets.imu_recording import open_capture
 from datasets.retarget import Retargeted, retarget
 from datasets.roles import OPTIONAL, read_mapping
 from datasets.sources import find_files
@@ -50,7 +51,7 @@ class Description:
 
 
 def describe(source: Path, mapping_file: Path | None = None) -> list[Description]:
-    """Return what the BVH files of a source are.
+    """Return what the files of a source are.
 
     Args:
         source: A BVH file or a folder of them.
@@ -65,7 +66,7 @@ def describe(source: Path, mapping_file: Path | None = None) -> list[Description
     mapping = read_mapping(mapping_file) if mapping_file else None
     described = []
     for path in track(find_files(source), "reading", console=Console(stderr=True), transient=True):
-        retargeted = retarget(read_capture(path, mapping))
+        retargeted = retarget(open_capture(path, mapping))
         described.append(Description(path, retargeted, measure(retargeted)))
     return described
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from configs.errors import InputError
-from datasets.capture import MAX_LEG_RATIO, Capture, leg_length
+from datasets.capture import MAX_LEG_RATIO, Capture, leg_length, read_capture
 from datasets.free_acceleration import PELVIS, fill_accelerations
 from datasets.humanoid import LEG_LENGTH, NAMES
 from datasets.imu_suit import SENSOR_BODIES, SENSOR_RATE
@@ -58,6 +58,11 @@ def read_imu_recording(path: str | os.PathLike[str], mapping: Mapping | None = N
         raise InputError(f"{path}: {error}") from error
     motion = replace(retargeted.motion, system="imu")
     return ImuRecording(motion, fill_accelerations(motion, known), tuple(NAMES[body] for body in SENSOR_BODIES if body in known))
+
+
+def open_capture(path: Path, mapping: Mapping | None = None) -> Capture:
+    """Return the clip of a BVH or MVNX file on its own skeleton; errors are those of ``read_capture`` and ``read_mvnx``."""
+    return as_capture(read_mvnx(path), path.stem, mapping) if path.suffix.lower() == ".mvnx" else read_capture(path, mapping)
 
 
 def as_capture(mvnx: Mvnx, name: str, mapping: Mapping | None = None) -> Capture:

@@ -1,4 +1,4 @@
-"""Motion sources: a BVH file, a folder of them, or the word "synthetic", as clips on the 20 bodies at one rate."""
+"""Motion sources: a BVH or MVNX file, a folder of them, or the word "synthetic", as clips on the 20 bodies at one rate."""
 
 import csv
 import os
@@ -6,8 +6,12 @@ import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from configs.errors import InputError
 from datasets.capture import read_capture
+from datasets.imu_recording import read_imu_recording
+from datasets.imu_suit import SENSOR_RATE
 from datasets.kinematics import resample
 from datasets.motion import BodyMotion
 from datasets.retarget import retarget
@@ -16,11 +20,26 @@ from datasets.roles import Mapping
 SYNTHETIC = "synthetic"
 FPS = 60.0
 INDEX = "motions.csv"
+BVH, MVNX = ".bvh", ".mvnx"
 ROUGH_GROUND_KINDS = ("stairs", "steps", "climb")  # need another ground than a flat one
 KINDS = (
     "walk", "run", "dash", "jog", "jump", "hop", "kick", "punch", "martial", "salsa", "dance", "indian", "bow", "bye",
     "wave", "raise", "squat", "sit", "stand", "turn", "crawl", "throw",
 )  # in a file's name, first match  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """One clip of a source.
+
+    Attributes:
+        clip: On the 20 bodies.
+        accelerations: Free accelerations that a suit measured beside it, in the clip's world, at 100 Hz [m/s^2], shape (N, 19, 3); None
+            where the file holds none.
+    """
+
+    clip: BodyMotion
+    accelerations: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -33,10 +52,15 @@ class Credit:
 
 
 def load_clips(source: str | os.PathLike[str], mapping: Mapping | None = None, fps: float = FPS, seed: int = 0) -> list[BodyMotion]:
-    """Return the clips of a motion source.
+    """Return the clips of a motion source; arguments and errors are those of ``load_recordings``."""
+    return [one.clip for one in load_recordings(source, mapping, fps, seed)]
+
+
+def load_recordings(source: str | os.PathLike[str], mapping: Mapping | None = None, fps: float = FPS, seed: int = 0) -> list[Recorded]:
+    """Return the clips of a motion source, with the accelerations that an MVNX file holds.
 
     Args:
-        source: A BVH file, a folder of them (searched through, in the order of their paths), or "synthetic".
+        source: A BVH or MVNX file, a folder of them (searched through, in the order of their paths), or "synthetic".
         mapping: What is known of the joints, unit and axes of all the files.
         fps: Frame rate to bring the clips to [1/s].
         seed: Of synthetic motion.
@@ -50,32 +74,43 @@ def load_clips(source: str | os.PathLike[str], mapping: Mapping | None = None, f
     if str(source) == SYNTHETIC:
         from datasets.synthetic import synthetic_clips  # slow to make, so not imported by those who read files
 
-        return [resample(clip, fps) for clip in synthetic_clips(seed=seed)]
+        return [Recorded(resample(clip, fps)) for clip in synthetic_clips(seed=seed)]
     paths = find_files(source)
     names, index = unique_names(paths), read_index(paths[0])
-    clips = []
+    recordings = []
     for path, name in zip(paths, names, strict=True):
-        clip = resample(retarget(read_capture(path, mapping)).motion, fps)
-        by = credit(path, index)
-        clips.append(replace(clip, name=name, performer=by.performer, system=by.system, kind=by.kind))
-    return clips
+        one, by = _read(path, mapping, fps), credit(path, index)
+        system = "imu" if one.accelerations is not None else by.system
+        recordings.append(replace(one, clip=replace(one.clip, name=name, performer=by.performer, system=system, kind=by.kind)))
+    return recordings
+
+
+def _read(path: Path, mapping: Mapping | None, fps: float) -> Recorded:
+    """Return the clip of a file; accelerations last as long as the clip at its new rate."""
+    if path.suffix.lower() != MVNX:
+        return Recorded(resample(retarget(read_capture(path, mapping)).motion, fps))
+    recording = read_imu_recording(path, mapping)
+    clip = resample(recording.motion, fps)
+    samples = int(np.floor((len(clip) - 1) / fps * SENSOR_RATE + 1e-6)) + 1
+    return Recorded(clip, recording.accelerations[:samples])
 
 
 def find_files(source: str | os.PathLike[str]) -> list[Path]:
-    """Return the BVH files of a source, sorted by path.
+    """Return the motion files of a source, sorted by path; of a BVH and an MVNX of one name beside each other the MVNX, which holds more.
 
     Raises:
         InputError: If there are none.
     """
     path = Path(source)
     if not path.exists():
-        raise InputError(f"{path}: no such file or folder; a motion source is a BVH file, a folder of them, or '{SYNTHETIC}'")
+        raise InputError(f"{path}: no such file or folder; a motion source is a BVH or MVNX file, a folder of them, or '{SYNTHETIC}'")
     if path.is_file():
         return [path]
-    files = sorted(file for file in path.rglob("*") if file.suffix.lower() == ".bvh" and file.is_file())
+    files = sorted(file for file in path.rglob("*") if file.suffix.lower() in (BVH, MVNX) and file.is_file())
     if not files:
-        raise InputError(f"{path}: no BVH file in this folder or below; a motion source is a BVH file, a folder of them, or '{SYNTHETIC}'")
-    return files
+        raise InputError(f"{path}: no BVH or MVNX file here or below; a motion source is such a file, a folder of them, or '{SYNTHETIC}'")
+    richer = {file.with_suffix("") for file in files if file.suffix.lower() == MVNX}
+    return [file for file in files if file.suffix.lower() == MVNX or file.with_suffix("") not in richer]
 
 
 def read_index(path: Path) -> dict[Path, Credit]:

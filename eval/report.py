@@ -75,7 +75,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--run", type=Path, required=True, help="a run's folder, such as runs/mixed")
     parser.add_argument("--out", type=Path, required=True, help="folder for report.json and index.html")
     parser.add_argument(
-        "--motions", nargs="+", action="extend", help="BVH files, folders of them, or 'synthetic'; the held-out clips by default"
+        "--motions", nargs="+", action="extend", help="BVH or MVNX files, folders of them, or 'synthetic'; the held-out clips by default"
     )
     options = parser.parse_args(arguments)
     return exit_code_of(lambda: _run(options))

@@ -8,7 +8,17 @@ from typing import Any
 from configs.errors import InputError
 from datasets.motion import BodyMotion
 from datasets.roles import read_mapping
-from datasets.sources import FPS, ROUGH_GROUND_KINDS, SYNTHETIC, credit, find_files, load_clips, read_index, unique_names
+from datasets.sources import (
+    FPS,
+    ROUGH_GROUND_KINDS,
+    SYNTHETIC,
+    Recorded,
+    credit,
+    find_files,
+    load_recordings,
+    read_index,
+    unique_names,
+)
 from trainers.motions import wear_suits
 from trainers.play import SHORTEST
 from trainers.ppo_config import RECONSTRUCTED, DataConfig
@@ -54,12 +64,12 @@ def choose_clips(config: DataConfig, card: dict[str, Any], motions: list[str] | 
         InputError: If a source is bad, or nothing in it can be evaluated.
     """
     source, found = _find(config, card, motions, say)
-    left_out = {clip.name: reason for clip in found if (reason := _unfit(clip))}
-    recorded = [clip for clip in found if clip.name not in left_out]
-    if not recorded:
+    left_out = {one.clip.name: reason for one in found if (reason := _unfit(one.clip))}
+    fit = [one for one in found if one.clip.name not in left_out]
+    if not fit:
         raise InputError(f"{source}: none of {len(found)} clips is on flat ground and at least {SHORTEST / FPS:g} s long")
     roots = Roots(config.roots == RECONSTRUCTED, say)
-    recorded, by_model = roots.of_recordings(recorded)
+    recorded, by_model = roots.of_recordings(fit)
     suitable = [clip for clip in recorded if clip.system not in FAULTY_SYSTEMS]
     say(f"putting {len(suitable)} clips through simulated suits")
     suited, truths = wear_suits(suitable, DataConfig(), roots)
@@ -67,11 +77,11 @@ def choose_clips(config: DataConfig, card: dict[str, Any], motions: list[str] | 
     return TestedClips(source, recorded, suited, truths, left_out, by_model, seen)
 
 
-def _find(config: DataConfig, card: dict[str, Any], motions: list[str] | None, say: Callable[[str], None]) -> tuple[str, list[BodyMotion]]:
+def _find(config: DataConfig, card: dict[str, Any], motions: list[str] | None, say: Callable[[str], None]) -> tuple[str, list[Recorded]]:
     """Return the source of the clips in words, and the clips."""
     seed = config.seed + OTHER_SEED
     if motions is None and config.motions == SYNTHETIC:
-        return f"synthetic motion of seed {seed}", load_clips(SYNTHETIC, seed=seed)
+        return f"synthetic motion of seed {seed}", load_recordings(SYNTHETIC, seed=seed)
     if motions is None:
         return f"{card['held_out']}, held out of {config.motions}", _read(_files_of(config, card["held_out"]), config, say)
     files: dict[Path, Path] = {}  # by their true path, so that no file is read twice
@@ -79,7 +89,7 @@ def _find(config: DataConfig, card: dict[str, Any], motions: list[str] | None, s
         files |= {path.resolve(): path for path in find_files(source)} if source != SYNTHETIC else {}
     clips = _read(list(files.values()), config, say)
     if SYNTHETIC in motions:
-        clips += load_clips(SYNTHETIC, seed=seed)
+        clips += load_recordings(SYNTHETIC, seed=seed)
     return ", ".join(motions), clips
 
 
@@ -95,13 +105,14 @@ def _files_of(config: DataConfig, performer: str) -> list[Path]:
     return files
 
 
-def _read(files: list[Path], config: DataConfig, say: Callable[[str], None]) -> list[BodyMotion]:
+def _read(files: list[Path], config: DataConfig, say: Callable[[str], None]) -> list[Recorded]:
     """Return the clips of files, under names that are unique."""
     mapping = read_mapping(config.mapping) if config.mapping else None
     clips = []
     for number, (file, name) in enumerate(zip(files, unique_names(files), strict=True), start=1):
         say(f"reading {number}/{len(files)} {file}")
-        clips.append(replace(load_clips(file, mapping)[0], name=name))
+        (one,) = load_recordings(file, mapping)
+        clips.append(replace(one, clip=replace(one.clip, name=name)))
     return clips
 
 

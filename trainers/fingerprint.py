@@ -9,7 +9,7 @@ from pathlib import Path
 
 from agents.shipped import WEIGHTS
 from datasets.motion import BodyMotion
-from datasets.sources import read_index
+from datasets.sources import SYNTHETIC, find_files, read_index
 
 
 def fingerprint(settings: Mapping[str, object], source: str, mapping: str) -> str:
@@ -22,7 +22,7 @@ def fingerprint(settings: Mapping[str, object], source: str, mapping: str) -> st
     """
     digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode())
     root = Path(source)
-    files = [root] if root.is_file() else sorted(root.rglob("*.[bB][vV][hH]"))
+    files = find_files(source) if source != SYNTHETIC else []
     rooms = Path(inspect.getfile(BodyMotion)).parent, Path(__file__).parent
     code = [*sorted(rooms[0].glob("*.py")), *(rooms[1] / name for name in ("fingerprint.py", "motions.py", "root_data.py", "roots.py"))]
     code += [*sorted(WEIGHTS.parent.glob("*.py")), *sorted(WEIGHTS.glob("*.safetensors"))]  # roots may be theirs

@@ -17,7 +17,7 @@ from datasets.mixture import choose_holdout, clip_weights, identity
 from datasets.motion import BodyMotion
 from datasets.motion_library import ClipInfo, MotionLibrary
 from datasets.roles import read_mapping
-from datasets.sources import ROUGH_GROUND_KINDS, load_clips
+from datasets.sources import ROUGH_GROUND_KINDS, load_recordings
 from trainers.fingerprint import fingerprint
 from trainers.ppo_config import RECONSTRUCTED, DataConfig
 from trainers.roots import FAULTY_SYSTEMS, Roots
@@ -77,18 +77,16 @@ def prepare_motions(config: DataConfig, cache: Path, say: Callable[[str], None])
 def build_library(config: DataConfig, say: Callable[[str], None]) -> MotionLibrary:
     """Return all clips of a source with their simulated suit recordings, packed."""
     mapping = read_mapping(config.mapping) if config.mapping else None
-    recorded = load_clips(config.motions, mapping, seed=config.seed)
-    level = [clip for clip in recorded if clip.kind not in ROUGH_GROUND_KINDS]
-    whole = [part for clip in level for part in cut_at_jumps(clip)]
-    usable = [clip for clip in whole if clip.seconds >= SHORTEST]
+    recorded = load_recordings(config.motions, mapping, seed=config.seed)
+    level = [one for one in recorded if one.clip.kind not in ROUGH_GROUND_KINDS and one.clip.seconds >= SHORTEST]
+    roots = Roots(config.roots == RECONSTRUCTED, say)
+    usable = [part for clip in roots.of_recordings(level)[0] for part in cut_at_jumps(clip) if part.seconds >= SHORTEST]
     if not usable:
         raise InputError(f"data.motions={config.motions} holds no clip of at least {SHORTEST:g} s on flat ground")
-    seconds, given = (sum(clip.seconds for clip in clips) for clips in (usable, recorded))
+    seconds, given = sum(clip.seconds for clip in usable), sum(one.clip.seconds for one in recorded)
     say(
         f"{len(recorded)} clips, {given / 60:.1f} minutes; {seconds / 60:.1f} minutes in {len(usable)} pieces on flat ground, without jumps"
     )
-    roots = Roots(config.roots == RECONSTRUCTED, say)
-    usable, _ = roots.of_recordings(usable)
     suited, truths = wear_suits([clip for clip in usable if clip.system not in FAULTY_SYSTEMS], config, roots)
     if suited:
         by = "Root3D" if roots.reconstructed else "the suit's software"

@@ -13,7 +13,7 @@ class DataConfig:
     """Which motion is imitated.
 
     Attributes:
-        motions: Motion source: a BVH file, a folder of them, or "synthetic".
+        motions: Motion source: a BVH or MVNX file, a folder of them, or "synthetic".
         mapping: File that names the joints of a skeleton whose joints cannot be found; none if empty.
         suit_clips: How many simulated IMU-suit recordings are made of each clip.
         suit_share: Share of the episodes that follow a simulated suit's clip instead of a clip as recorded.

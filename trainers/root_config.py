@@ -11,7 +11,7 @@ class RootDataConfig:
     """Which motion a root model learns from.
 
     Attributes:
-        motions: Motion source: a BVH file, a folder of them, or "synthetic".
+        motions: Motion source: a BVH or MVNX file, a folder of them, or "synthetic".
         mapping: File that names the joints of a skeleton whose joints cannot be found; none if empty.
         synthetic: Sets of made-up people beside the source, of four people each.
         kinds: Kinds of motion that are kept; all if empty.

@@ -119,7 +119,7 @@ def build_clips(config: RootDataConfig) -> PackedClips:
     """Return all takes of all clips, each with optical poses and with those of a simulated suit."""
     mapping = read_mapping(config.mapping) if config.mapping else None
     recorded = load_clips(config.motions, mapping, RATE, config.seed) if config.motions != SYNTHETIC else []
-    clean = [part for clip in recorded if clip.system not in FAULTY_SYSTEMS for part in cut_at_jumps(clip)]
+    clean = [part for clip in recorded if clip.rooted and clip.system not in FAULTY_SYSTEMS for part in cut_at_jumps(clip)]
     for made_up in range(config.synthetic):
         clean += [resample(clip, RATE) for clip in synthetic_clips(config.seed + made_up)]
     usable = [clip for clip in clean if clip.seconds >= SHORTEST]

@@ -10,6 +10,7 @@ from agents.shipped import shipped_root_model
 from datasets.imu_fusion import SuitClip, on_ground
 from datasets.level_ground import level_ground
 from datasets.motion import BodyMotion
+from datasets.sources import Recorded
 
 FAULTY_SYSTEMS = ("imu", "imu_suit")  # what they recorded is no truth, least of all the root
 BY_POSE, BY_SENSORS = "root3d_pose", "root3d"  # which shipped model serves clips without accelerations, and clips with them
@@ -27,20 +28,31 @@ class Roots:
     reconstructed: bool
     say: Callable[[str], None]
 
-    def of_recordings(self, clips: list[BodyMotion]) -> tuple[list[BodyMotion], dict[str, str]]:
-        """Return clips with their roots, and by name the model that gave one: a BVH has no accelerations, so one that needs none."""
-        wanting = {clip.name for clip in clips if clip.system in FAULTY_SYSTEMS or not clip.rooted} if self.reconstructed else set()
-        if wanting:
-            names = ", ".join(sorted(wanting))
-            self.say(f"{len(wanting)} clips of IMU suits or without a root get theirs from Root3D without accelerations: {names}")
-        model = shipped_root_model(BY_POSE) if wanting else None
-        rooted = [on_ground(level_ground(reconstruct_root(model, clip))) if model and clip.name in wanting else clip for clip in clips]
-        return rooted, dict.fromkeys(sorted(wanting), BY_POSE)
+    def of_recordings(self, recordings: list[Recorded]) -> tuple[list[BodyMotion], dict[str, str]]:
+        """Return clips with their roots, and by name the model that gave one: by the accelerations where the file holds them.
+
+        Args:
+            recordings: Of level ground, none shorter than a model's window.
+        """
+        clips, models = [one.clip for one in recordings], {}
+        for at, (clip, accelerations) in enumerate((one.clip, one.accelerations) for one in recordings):
+            if self.reconstructed and (clip.system in FAULTY_SYSTEMS or not clip.rooted):
+                models[clip.name] = BY_POSE if accelerations is None else BY_SENSORS
+                clips[at] = _rooted(models[clip.name], clip, accelerations)
+        for model in sorted(set(models.values())):
+            names = sorted(name for name, by in models.items() if by == model)
+            self.say(f"{len(names)} clips of IMU suits or without a root get theirs from {model}: {', '.join(names)}")
+        return clips, models
 
     def of_suit(self, suit: SuitClip) -> BodyMotion:
         """Return the faulty clip of a simulated suit with its root: the suit's own, or Root3D's from the suit's accelerations."""
         if not self.reconstructed:
             return suit.faulty
-        clip = on_ground(level_ground(reconstruct_root(shipped_root_model(BY_SENSORS), suit.faulty, suit.accelerations)))
+        clip = _rooted(BY_SENSORS, suit.faulty, suit.accelerations)
         begin = np.append(suit.clean.root_position[0, :2], 0.0)
         return replace(clip, root_position=clip.root_position + begin)
+
+
+def _rooted(model: str, clip: BodyMotion, accelerations: np.ndarray | None) -> BodyMotion:
+    """Return a clip of level ground with the root that a shipped model gives it."""
+    return on_ground(level_ground(reconstruct_root(shipped_root_model(model), clip, accelerations)))

@@ -11,7 +11,7 @@ from datasets.humanoid import NAMES
 from datasets.imu_recording import read_imu_recording
 from datasets.imu_suit import SENSOR_BODIES
 from datasets.mvnx import read_mvnx
-from datasets.sources import load_clips
+from datasets.sources import find_files, load_clips, load_recordings
 from eval.artefact_metrics import distance_local
 
 # Segment, parent, origin [m] of someone in a T-pose who faces x. The leg is 0.50 + 0.5375 m, ours is 0.83: scale 0.8, hips as well
@@ -149,3 +149,15 @@ def test_the_real_file_is_its_bvh_twin_with_accelerations(shared_data: Path) -> 
     assert np.abs(recording.accelerations.mean(axis=0)).max() < 0.5  # of someone seated: gravity is not in there
     hand = recording.accelerations[:, SENSOR_BODIES.index(NAMES.index("hand_l"))]
     assert np.linalg.norm(hand, axis=1).max() > 5.0  # she beats time
+
+
+def test_a_motion_source_prefers_the_file_with_accelerations(tmp_path: Path) -> None:
+    _file(tmp_path, _text(THREE))
+    (tmp_path / "clip.bvh").write_text("whatever")
+    (one,) = load_recordings(tmp_path)
+    assert find_files(tmp_path) == [tmp_path / "clip.mvnx"]
+    assert (one.clip.name, one.clip.system, one.clip.fps) == ("clip", "imu", 60.0)
+    # Three frames at 50 fps last 0.04 s: frames 0, 1, 2 at 60 fps, which end at 0.033 s, and samples 0 to 3 at 100 Hz.
+    assert len(one.clip) == 3
+    assert one.accelerations is not None
+    assert one.accelerations.shape == (4, 19, 3)

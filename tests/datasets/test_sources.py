@@ -54,7 +54,7 @@ def test_a_broken_file_is_named(folder: Path) -> None:
 def test_sources_that_are_none_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"nowhere: no such file or folder.*'synthetic'"):
         find_files(tmp_path / "nowhere")
-    with pytest.raises(InputError, match="no BVH file in this folder"):
+    with pytest.raises(InputError, match="no BVH or MVNX file here or below"):
         find_files(tmp_path)
 
 

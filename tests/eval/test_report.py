@@ -17,6 +17,7 @@ from configs.load import save_config
 from datasets.bvh import write_bvh
 from datasets.motion import BodyMotion
 from datasets.motion_library import ClipInfo, MotionLibrary
+from datasets.sources import Recorded
 from envs.mimic_spec import MimicSpec
 from eval import films, report, tested_clips
 from eval.examine import Track
@@ -188,11 +189,11 @@ def test_by_default_the_clips_of_the_held_out_performer_are_tested(tmp_path: Pat
 def test_a_run_on_synthetic_motion_is_tested_on_other_synthetic_performers(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
 
-    def make(source: str, *_: Any, seed: int = 0) -> list[BodyMotion]:
+    def make(source: str, *_: Any, seed: int = 0) -> list[Recorded]:
         asked.append((source, seed))
-        return [standing("made")]
+        return [Recorded(standing("made"))]
 
-    monkeypatch.setattr(tested_clips, "load_clips", make)
+    monkeypatch.setattr(tested_clips, "load_recordings", make)
     choose_clips(DataConfig(seed=7), CARD, None, lambda _: None)
     choose_clips(DataConfig(seed=7), CARD, ["synthetic"], lambda _: None)
     assert asked == [("synthetic", 1007), ("synthetic", 1007)]

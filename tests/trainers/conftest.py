@@ -25,7 +25,7 @@ def tiny(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> PpoConfig:
     """Return the config of a run of six iterations on two standing performers, in one process."""
     clips = [standing("one", "ann"), standing("two", "bob", 130)]
     monkeypatch.setattr(sources, "load_clips", lambda *_, **__: clips)
-    monkeypatch.setattr("trainers.motions.load_clips", lambda *_, **__: clips)
+    monkeypatch.setattr("trainers.motions.load_recordings", lambda *_, **__: [sources.Recorded(clip) for clip in clips])
     return PpoConfig(
         name="tiny",
         runs_dir=str(tmp_path / "runs"),

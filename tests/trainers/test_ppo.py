@@ -13,6 +13,7 @@ import pytest
 
 from agents.policy import Policy
 from configs.errors import InputError
+from datasets.sources import Recorded
 from tests.trainers.conftest import standing
 from trainers import ppo
 from trainers.checkpoint import load_newest
@@ -69,7 +70,7 @@ def test_resumed_equals_uninterrupted(tiny: PpoConfig, monkeypatch: pytest.Monke
 def test_other_motion_is_not_resumed(tiny: PpoConfig, monkeypatch: pytest.MonkeyPatch) -> None:
     ppo.train(tiny, resume=False)
     others = [standing("one", "ann", 300), standing("two", "bob", 130)]
-    monkeypatch.setattr("trainers.motions.load_clips", lambda *_, **__: others)
+    monkeypatch.setattr("trainers.motions.load_recordings", lambda *_, **__: [Recorded(clip) for clip in others])
     with pytest.raises(InputError, match="trained on other motion"):
         ppo.train(replace(tiny, data=replace(tiny.data, seed=1)), resume=True)
 

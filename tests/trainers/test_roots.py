@@ -9,6 +9,7 @@ from agents.root_model import RootModel
 from agents.root_spec import RootSpec
 from datasets.imu_fusion import simulate_suit
 from datasets.kinematics import body_poses, lowest_points
+from datasets.sources import Recorded
 from tests.builders import lively, posed
 from trainers import roots
 from trainers.roots import Roots
@@ -33,19 +34,28 @@ def test_clips_of_suits_and_clips_without_a_root_get_one() -> None:
     said: list[str] = []
     optical, suit = replace(lively(), name="optical", system="optical"), replace(lively(), name="suit", system="imu")
     rootless = replace(lively(1), name="rootless", system="optical", rooted=False)
-    rooted, by = Roots(True, said.append).of_recordings([optical, suit, rootless])
+    rooted, by = Roots(True, said.append).of_recordings([Recorded(optical), Recorded(suit), Recorded(rootless)])
     assert rooted[0] is optical
     assert by == {"suit": "root3d_pose", "rootless": "root3d_pose"}
     # Lively flies forward at 4 m/s; what stands for the models says that the root stays.
     assert np.ptp(rooted[1].root_position[:, 0]) < 0.5 < np.ptp(suit.root_position[:, 0])
-    assert said == ["2 clips of IMU suits or without a root get theirs from Root3D without accelerations: rootless, suit"]
+    assert said == ["2 clips of IMU suits or without a root get theirs from root3d_pose: rootless, suit"]
 
 
 def test_recorded_roots_are_kept() -> None:
     suit = replace(lively(), system="imu")
-    rooted, by = Roots(False, pytest.fail).of_recordings([suit])
+    rooted, by = Roots(False, pytest.fail).of_recordings([Recorded(suit)])
     assert rooted[0] is suit
     assert not by
+
+
+@pytest.mark.usefixtures("still_models")
+def test_a_file_with_accelerations_gets_its_root_by_them() -> None:
+    suit = replace(lively(), name="suit", system="imu")
+    said: list[str] = []
+    _, by = Roots(True, said.append).of_recordings([Recorded(suit, np.zeros((199, 19, 3)))])  # 120 frames at 60 are 199 at 100 fps
+    assert by == {"suit": "root3d"}
+    assert said == ["1 clips of IMU suits or without a root get theirs from root3d: suit"]
 
 
 @pytest.mark.usefixtures("still_models")
