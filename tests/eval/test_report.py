@@ -158,20 +158,20 @@ def test_poses_become_a_clip_at_60_fps() -> None:
 
 def test_short_clips_and_stairs_are_left_out_and_named(monkeypatch: pytest.MonkeyPatch) -> None:
     clips = [standing("ok", 120), standing("short", 119), standing("up", kind="stairs"), standing("suit", system="imu")]
-    monkeypatch.setattr(tested_clips, "_find", lambda *_: ("here", clips))
+    monkeypatch.setattr(tested_clips, "_find", lambda *_: ("here", [Recorded(clip) for clip in clips]))
     found = choose_clips(DataConfig(), CARD, None, lambda _: None)
     assert [clip.name for clip in found.recorded] == ["ok", "suit"]
     assert found.left_out == {"short": "lasts 1.98 s, under 2 s", "up": "stairs: the simulated ground is flat"}
     assert [clip.name for clip in found.suited] == ["ok_suit"]  # a suit's own recording is no truth for another
     assert found.truths == [clips[0]]
-    monkeypatch.setattr(tested_clips, "_find", lambda *_: ("here", clips[1:3]))
+    monkeypatch.setattr(tested_clips, "_find", lambda *_: ("here", [Recorded(clip) for clip in clips[1:3]]))
     with pytest.raises(InputError, match="none of 2 clips is on flat ground and at least 2 s long"):
         choose_clips(DataConfig(), CARD, None, lambda _: None)
 
 
 def test_what_training_saw_is_marked(monkeypatch: pytest.MonkeyPatch) -> None:
     clips = [standing("stand_1"), standing("stand_2"), standing("x", performer="ann"), standing("y", performer="bob"), standing("z")]
-    monkeypatch.setattr(tested_clips, "_find", lambda *_: ("here", clips))
+    monkeypatch.setattr(tested_clips, "_find", lambda *_: ("here", [Recorded(clip) for clip in clips]))
     found = choose_clips(DataConfig(), CARD, None, lambda _: None)
     assert found.seen == {"stand_1": "training", "stand_2": "training", "x": "training", "y": "model selection"}
 

@@ -30,10 +30,13 @@ def tiny(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> RootConfig:
     """Return the config of a run of 60 batches on two gliding performers."""
     clips = [gliding("one", "ann", 1.0), gliding("two", "bob", 0.8, 150)]
     monkeypatch.setattr("trainers.root_data.load_clips", lambda *_, **__: clips)
+    source = tmp_path / "clips"
+    source.mkdir()
+    (source / "one.bvh").write_text("in its place come the clips above")
     return RootConfig(
         name="tiny",
         runs_dir=str(tmp_path / "runs"),
-        data=RootDataConfig(motions=str(tmp_path), synthetic=0, takes=2),
+        data=RootDataConfig(motions=str(source), synthetic=0, takes=2),
         learner=RootLearnerConfig(batch=64, hidden=0.5, learning_rate=3e-3, sequence=2),
         samples=60 * 64,
         evaluate_every=20,
