@@ -93,7 +93,7 @@ NOTES = (
     "Trained on cmu/train and made-up people, tested on cmu/test and bandai/test: performers that no training saw, each clip through three "
     "simulated suits where poses are a suit's. Accelerations are simulated but on the real walk. Seeds differ in the network and the order "
     "of windows, not in data. The thesis trained for one to two weeks (chapter 2) on data of its own, so its numbers beside ours are a "
-    "mark, and a finding counts as reproduced by its direction.",
+    "mark, and a finding counts as reproduced by its direction, where it is larger than what seeds make.",
     "All trainings see four takes of each clip and four sets of made-up people, and those of Root3D follow the thesis to the letter: no "
     "support, no sequences, nothing hidden. The models as shipped learnt for longer, from more takes, from poses of both kinds.",
     "All trainings mirror half of their windows and let the learning rate fall, planar ones also hide half of the joints beside the legs: "
