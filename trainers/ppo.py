@@ -1,15 +1,14 @@
 """Trains a mimicking policy: ``python -m trainers.ppo --config configs/mixed.yaml [key.sub=value ...] [--resume]``."""
 
-import argparse
 import sys
 import time
 from dataclasses import asdict, replace
 from pathlib import Path
 
-from configs.command import exit_code_of
 from configs.errors import InputError
-from configs.load import load_config, save_config
+from configs.load import save_config
 from trainers.checkpoint import load_newest, save_checkpoint
+from trainers.command_line import run_training
 from trainers.model_selection import ModelSelection
 from trainers.motions import PreparedMotions, prepare_motions
 from trainers.ppo_config import PpoConfig
@@ -92,20 +91,8 @@ def _save(folder: Path, learner: PpoLearner, pool: RolloutPool, motions: Prepare
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; return the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m trainers.ppo", description="Train a policy that mimics motion under physics.")
-    parser.add_argument("--config", type=Path, required=True, help="YAML file, such as configs/mixed.yaml")
-    parser.add_argument("--resume", action="store_true", help="go on from the newest checkpoint of the run")
-    parser.add_argument("overrides", nargs="*", metavar="key.sub=value", help="change the config, such as learner.epochs=4")
-    options = parser.parse_intermixed_args(arguments)
-    return exit_code_of(lambda: _run(options))
-
-
-def _run(options: argparse.Namespace) -> None:
-    config = load_config(PpoConfig, options.config, options.overrides)
-    of_run = Path(config.runs_dir) / config.name / "config.yaml"
-    if options.resume and of_run.is_file():  # a run goes on as it began, but for what is typed now
-        config = load_config(PpoConfig, of_run, options.overrides)
-    train(config, options.resume)
+    description = "Train a policy that mimics motion under physics."
+    return run_training("trainers.ppo", description, "configs/mixed.yaml", PpoConfig, train, arguments)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,5 @@
 """Trains a root model: ``python -m trainers.supervised --config configs/root3d.yaml [key.sub=value ...] [--resume]``."""
 
-import argparse
 import sys
 import time
 from dataclasses import asdict, replace
@@ -8,10 +7,10 @@ from pathlib import Path
 
 import torch
 
-from configs.command import exit_code_of
 from configs.errors import InputError
-from configs.load import load_config, save_config
+from configs.load import save_config
 from trainers.checkpoint import load_newest, save_checkpoint
+from trainers.command_line import run_training
 from trainers.progress import Clock, Stop
 from trainers.root_config import RootConfig
 from trainers.root_data import RootData, prepare_root_data
@@ -124,20 +123,8 @@ def _resume(folder: Path, learner: RootLearner, config: RootConfig, data: RootDa
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; return the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m trainers.supervised", description="Train a network that gives clips a root.")
-    parser.add_argument("--config", type=Path, required=True, help="YAML file, such as configs/root3d.yaml")
-    parser.add_argument("--resume", action="store_true", help="go on from the newest checkpoint of the run")
-    parser.add_argument("overrides", nargs="*", metavar="key.sub=value", help="change the config, such as learner.batch=64")
-    options = parser.parse_intermixed_args(arguments)
-    return exit_code_of(lambda: _run(options))
-
-
-def _run(options: argparse.Namespace) -> None:
-    config = load_config(RootConfig, options.config, options.overrides)
-    of_run = Path(config.runs_dir) / config.name / "config.yaml"
-    if options.resume and of_run.is_file():  # a run goes on as it began, but for what is typed now
-        config = load_config(RootConfig, of_run, options.overrides)
-    train(config, options.resume)
+    description = "Train a network that gives clips a root."
+    return run_training("trainers.supervised", description, "configs/root3d.yaml", RootConfig, train, arguments)
 
 
 if __name__ == "__main__":
