@@ -12,12 +12,18 @@ from datasets.anti_skate import hold_feet
 from datasets.flight import fly
 from datasets.free_acceleration import accelerations_from_pose
 from datasets.kinematics import body_poses, lowest_points, resample
+from datasets.level_ground import level_ground
 from datasets.motion import BodyMotion
 from datasets.root_frames import RATE, RootFrames, root_frames
 
 
 def reconstruct_root(
-    model: RootModel, motion: BodyMotion, accelerations: np.ndarray | None = None, order: int = FULL_ORDER, filtered: bool = True
+    model: RootModel,
+    motion: BodyMotion,
+    accelerations: np.ndarray | None = None,
+    order: int = FULL_ORDER,
+    filtered: bool = True,
+    level: bool = False,
 ) -> BodyMotion:
     """Return a clip with the root that a model reads from it; its old root is not looked at.
 
@@ -32,6 +38,7 @@ def reconstruct_root(
         order: w of F_w (thesis eq. 3.12).
         filtered: Whether the path goes through two filters: in the air the centre of mass flies (``flight``, which needs real
             accelerations), and feet that stand are held (``anti_skate``, thesis 3.5.2).
+        level: Whether the ground is known to be level: then heights that drifted are put right wherever feet stand (``level_ground``).
 
     Raises:
         InputError: If the clip is shorter than the model's window, or the accelerations do not fit; names the clip.
@@ -45,7 +52,8 @@ def reconstruct_root(
         raise error if motion.name in str(error) else InputError(f"{motion.name}: {error}") from None
     if filtered:
         path = filtered_path(path, clip, frames if accelerations is not None and model.spec.steps_ahead else None)
-    return replace(motion, root_position=_at_frames(path, motion))
+    found = replace(motion, root_position=_at_frames(path, motion))
+    return level_ground(found) if level else found
 
 
 def filtered_path(path: np.ndarray, clip: BodyMotion, felt: RootFrames | None) -> np.ndarray:

@@ -8,7 +8,6 @@ import numpy as np
 from agents.reconstruct_root import reconstruct_root
 from agents.shipped import shipped_root_model
 from datasets.imu_fusion import SuitClip, on_ground
-from datasets.level_ground import level_ground
 from datasets.motion import BodyMotion
 from datasets.sources import Recorded
 
@@ -55,4 +54,4 @@ class Roots:
 
 def _rooted(model: str, clip: BodyMotion, accelerations: np.ndarray | None) -> BodyMotion:
     """Return a clip of level ground with the root that a shipped model gives it."""
-    return on_ground(level_ground(reconstruct_root(shipped_root_model(model), clip, accelerations)))
+    return on_ground(reconstruct_root(shipped_root_model(model), clip, accelerations, level=True))

@@ -81,6 +81,14 @@ def test_a_walk_arrives(name: str) -> None:
     assert np.linalg.norm(clip.root_position[-1] - clip.root_position[0] - way) < 0.1 * way[0]
 
 
+def test_who_says_that_the_ground_is_level_gets_it_level() -> None:
+    # On a suit's legs stairs look like stairs, whoever knows that there are none gets none.
+    suit = recorded("stairs", 8.0, 900)
+    clip = reconstruct_root(shipped_root_model("root3d"), suit.faulty, suit.accelerations, level=True)
+    standing = clip.root_position[[*range(50), *range(-50, 0)], 2]
+    assert np.ptp(standing) < 0.1
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_a_model_says_what_it_was_trained_on(name: str) -> None:
     with safe_open(WEIGHTS / f"{name}.safetensors", framework="pt") as file:
