@@ -8,10 +8,10 @@ own sensor measured is put on top. No root path is needed, so nothing of the pat
 from dataclasses import replace
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
+from scipy.signal import sosfiltfilt
 
 from datasets.humanoid import CENTRES, NAMES
-from datasets.imu_suit import BANDWIDTH, SENSOR_BODIES, SENSOR_RATE
+from datasets.imu_suit import BANDWIDTH, SENSOR_BODIES, SENSOR_RATE, low_pass
 from datasets.kinematics import body_poses, continuous, linear_acceleration, resample
 from datasets.motion import BodyMotion
 from datasets.rotation import normalise, rotate
@@ -32,8 +32,7 @@ def accelerations_from_pose(motion: BodyMotion) -> np.ndarray:
     """
     clip = resample(motion, SENSOR_RATE)
     local = continuous(clip.local_rotations)
-    low_pass = np.asarray(butter(2, BANDWIDTH, fs=SENSOR_RATE, output="sos"))
-    local = normalise(sosfiltfilt(low_pass, local, axis=0, padlen=min(_PADDING, len(local) - 1)))
+    local = normalise(sosfiltfilt(low_pass(BANDWIDTH), local, axis=0, padlen=min(_PADDING, len(local) - 1)))
     held = replace(clip, root_position=np.zeros_like(clip.root_position), local_rotations=local)
     positions, rotations = body_poses(held)
     centres = positions + rotate(rotations, np.broadcast_to(CENTRES, positions.shape))

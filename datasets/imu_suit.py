@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt
 
 from datasets.humanoid import ANKLE_HEIGHT, BODY_COUNT, CENTRES, LEG_LENGTH, NAMES, SKELETON
-from datasets.kinematics import continuous, resample
+from datasets.kinematics import continuous, linear_acceleration, resample
 from datasets.motion import BodyMotion
 from datasets.rotation import about_axis, conjugate, from_rotation_vector, heading, multiply, normalise, rotate, to_rotation_vector
 from datasets.skeleton import forward_kinematics
@@ -118,12 +118,12 @@ def record(clean: BodyMotion, noise: SuitNoise, rng: np.random.Generator) -> Rec
     positions, rotations = positions[:, bodies], rotations[:, bodies]
     mounting = from_rotation_vector(rng.uniform(-np.pi, np.pi, (len(bodies), 3)) / np.sqrt(3.0))
     place = CENTRES[bodies] + noise.placement / np.sqrt(3.0) * rng.standard_normal((len(bodies), 3))
-    swing = rotate(conjugate(rotations), sosfiltfilt(_low_pass(_TISSUE_BANDWIDTH), _second_difference(positions), axis=0))
+    swing = rotate(conjugate(rotations), sosfiltfilt(low_pass(_TISSUE_BANDWIDTH), linear_acceleration(positions, SENSOR_RATE), axis=0))
     positions = positions + rotate(rotations, place + noise.slip_position / np.sqrt(3.0) * _slip(swing, rng))
     tilt = noise.slip_rotation / np.sqrt(3.0) * _slip(swing, rng) + _tissue(swing, noise.tissue_rotation, rng)
     orientations = multiply(multiply(rotations, from_rotation_vector(tilt)), mounting)
     inverse = conjugate(orientations)
-    force = rotate(inverse, _second_difference(positions) - GRAVITY)
+    force = rotate(inverse, linear_acceleration(positions, SENSOR_RATE) - GRAVITY)
     turn = np.zeros_like(force)
     turn[1:] = to_rotation_vector(multiply(inverse[:-1], orientations[1:])) * SENSOR_RATE
     field = rotate(inverse, EARTH_FIELD + _disturbance(positions, noise, rng))
@@ -142,9 +142,9 @@ def _performance(clean: BodyMotion, noise: SuitNoise, rng: np.random.Generator) 
     clip = resample(clean, SENSOR_RATE)
     root, local = clip.root_position, clip.local_rotations
     before_root, before_local = _standing(root, local, noise, rng)
-    low_pass = _low_pass(BANDWIDTH)
-    root = sosfiltfilt(low_pass, np.concat([before_root, root]), axis=0)
-    local = normalise(sosfiltfilt(low_pass, continuous(np.concat([before_local, local])), axis=0))
+    smooth = low_pass(BANDWIDTH)
+    root = sosfiltfilt(smooth, np.concat([before_root, root]), axis=0)
+    local = normalise(sosfiltfilt(smooth, continuous(np.concat([before_local, local])), axis=0))
     offsets = np.broadcast_to(SKELETON.offsets, (len(root), BODY_COUNT, 3)).copy()
     offsets[:, 0] = root
     return forward_kinematics(SKELETON.parents, offsets, local)
@@ -169,15 +169,9 @@ def _standing(root: np.ndarray, local: np.ndarray, noise: SuitNoise, rng: np.ran
     return root[0] + leave[:, None] * (place - root[0]) + meet[:, None] * velocity, rotations
 
 
-def _low_pass(bandwidth: float) -> np.ndarray:
+def low_pass(bandwidth: float) -> np.ndarray:
     """Return a filter for signals at 100 Hz that, run to and fro, halves the amplitude at ``bandwidth`` [Hz]."""
     return np.asarray(butter(2, bandwidth, fs=SENSOR_RATE, output="sos"))
-
-
-def _second_difference(positions: np.ndarray) -> np.ndarray:
-    """Return accelerations [m/s^2] at 100 Hz, those at the ends repeated."""
-    inner = (positions[2:] - 2 * positions[1:-1] + positions[:-2]) * SENSOR_RATE**2
-    return np.concat([inner[:1], inner, inner[-1:]])
 
 
 def _slip(swing: np.ndarray, rng: np.random.Generator) -> np.ndarray:

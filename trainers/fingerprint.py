@@ -24,7 +24,10 @@ def fingerprint(settings: Mapping[str, object], source: str, mapping: str) -> st
     root = Path(source)
     files = find_files(source) if source != SYNTHETIC else []
     rooms = Path(inspect.getfile(BodyMotion)).parent, Path(__file__).parent
-    code = [*sorted(rooms[0].glob("*.py")), *(rooms[1] / name for name in ("fingerprint.py", "motions.py", "root_data.py", "roots.py"))]
+    code = [
+        *sorted(rooms[0].glob("*.py")),
+        *(rooms[1] / name for name in ("fingerprint.py", "motion_cache.py", "motions.py", "root_data.py", "roots.py")),
+    ]
     code += [*sorted(WEIGHTS.parent.glob("*.py")), *sorted(WEIGHTS.glob("*.safetensors"))]  # roots may be theirs
     digest.update(", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "torch", "vqf")).encode())
     for file in [*files, *code, *(path for path in [Path(mapping)] if path.is_file())]:

@@ -1,24 +1,21 @@
 """Clips, suits and mixture put together into the libraries that a run trains and selects on; prepared once, then cached."""
 
-import json
-import os
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from safetensors import SafetensorError, safe_open
-from safetensors.numpy import save_file
 
 from configs.errors import InputError
 from datasets.imu_fusion import simulate_suit
 from datasets.jumps import cut_at_jumps
 from datasets.mixture import choose_holdout, clip_weights, identity
 from datasets.motion import BodyMotion
-from datasets.motion_library import ClipInfo, MotionLibrary
+from datasets.motion_library import MotionLibrary
 from datasets.roles import read_mapping
 from datasets.sources import ROUGH_GROUND_KINDS, load_recordings
 from trainers.fingerprint import fingerprint
+from trainers.motion_cache import read_prepared, write_prepared
 from trainers.ppo_config import RECONSTRUCTED, DataConfig
 from trainers.roots import FAULTY_SYSTEMS, Roots
 
@@ -60,13 +57,14 @@ def prepare_motions(config: DataConfig, cache: Path, say: Callable[[str], None])
     """
     settings = {**asdict(config), "holdout": "", "suit_share": 0}
     path = cache / f"{fingerprint(settings, config.motions, config.mapping)}.safetensors"
-    library = _read_library(path)
-    if library is None:
+    prepared = read_prepared(path)
+    if prepared is None:
         say(f"preparing motion from {config.motions}")
         library = build_library(config, say)
-        _write_library(library, path)
+        write_prepared(path, library.clips, library.arrays(), library.fps)
     else:
         say(f"motion from {config.motions} was prepared before: {path}")
+        library = MotionLibrary.from_arrays(*prepared)
     say(f"roots of suits and of clips without one: {config.roots}")
     held_out = choose_holdout(library.clips, config.holdout)
     training = library.select([clip.performer != held_out for clip in library.clips])
@@ -104,23 +102,3 @@ def wear_suits(clips: list[BodyMotion], config: DataConfig, roots: Roots) -> tup
             suited.append(replace(faulty, name=f"{faulty.name}{take + 1}") if take else faulty)
             truths.append(clip)
     return suited, truths
-
-
-def _write_library(library: MotionLibrary, path: Path) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    metadata = {"clips": json.dumps([asdict(clip) for clip in library.clips]), "fps": json.dumps(library.fps)}
-    temporary = path.with_suffix(f".{os.getpid()}.tmp")
-    save_file(library.arrays(), temporary, metadata=metadata)
-    temporary.replace(path)
-
-
-def _read_library(path: Path) -> MotionLibrary | None:
-    """Return a prepared library, or None where there is none that can be read."""
-    try:
-        with safe_open(path, framework="np") as file:
-            metadata = file.metadata()
-            arrays = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 (no mapping)
-        clips = tuple(ClipInfo(**clip) for clip in json.loads(metadata["clips"]))
-        return MotionLibrary.from_arrays(clips, arrays, json.loads(metadata["fps"]))
-    except (SafetensorError, OSError, KeyError, TypeError, json.JSONDecodeError):
-        return None

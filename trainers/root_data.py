@@ -1,15 +1,11 @@
 """Clips of a source and made-up people, through simulated suits, as the windows that a root model learns from; prepared once."""
 
-import json
-import os
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import torch
-from safetensors import SafetensorError, safe_open
-from safetensors.numpy import save_file
 
 from configs.errors import InputError
 from datasets.imu_fusion import simulate_suit
@@ -23,6 +19,7 @@ from datasets.root_frames import RATE, RootFrames, concatenate, root_frames
 from datasets.sources import ROUGH_GROUND_KINDS, SYNTHETIC, load_clips
 from datasets.synthetic import synthetic_clips
 from trainers.fingerprint import fingerprint
+from trainers.motion_cache import read_prepared, write_prepared
 from trainers.motions import SHORTEST
 from trainers.root_config import RootDataConfig
 from trainers.roots import FAULTY_SYSTEMS
@@ -86,11 +83,14 @@ def prepare_root_data(config: RootDataConfig, cache: Path, say: Callable[[str], 
     """
     settings = {**asdict(config), "holdout": "", "kinds": "", "test": "", "rough_ground": True, "poses": "both"}
     path = cache / f"root_{fingerprint(settings, config.motions, config.mapping)}.safetensors"
-    packed = _read(path)
-    if packed is None:
+    prepared = read_prepared(path)
+    if prepared is None:
         say(f"preparing motion from {config.motions}")
         packed = build_clips(config)
-        _write(packed, path)
+        write_prepared(path, packed.clips, {name: part.numpy() for name, part in packed.frames._asdict().items()}, RATE)
+    else:
+        clips, arrays, _ = prepared
+        packed = PackedClips(RootFrames(**{name: torch.from_numpy(array) for name, array in arrays.items()}), clips)
     packed = packed.select([_is_wanted(clip, config) for clip in packed.clips])
     if not packed.clips:
         raise InputError(f"data.kinds={list(config.kinds)} and data.test={list(config.test)} leave no clip of {config.motions}")
@@ -147,21 +147,3 @@ def _take(clip: BodyMotion, take: int, seed: np.random.SeedSequence, config: Roo
     suit = simulate_suit(clean, int(seed.generate_state(1)[0]), config.suit_severity)
     faulty = replace(suit.faulty, name=f"{clean.name}_suit", system=clean.system)
     return [(clean, root_frames(clean, suit.accelerations)), (faulty, root_frames(faulty, suit.accelerations, clean))]
-
-
-def _write(packed: PackedClips, path: Path) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_suffix(f".{os.getpid()}.tmp")
-    arrays = {name: part.numpy() for name, part in packed.frames._asdict().items()}
-    save_file(arrays, temporary, metadata={"clips": json.dumps([asdict(clip) for clip in packed.clips])})
-    temporary.replace(path)
-
-
-def _read(path: Path) -> PackedClips | None:
-    """Return prepared clips, or None where there are none that can be read."""
-    try:
-        with safe_open(path, framework="pt") as file:
-            clips = tuple(ClipInfo(**clip) for clip in json.loads(file.metadata()["clips"]))
-            return PackedClips(RootFrames(*(file.get_tensor(name) for name in RootFrames._fields)), clips)
-    except (SafetensorError, OSError, KeyError, TypeError, json.JSONDecodeError):
-        return None
