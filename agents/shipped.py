@@ -6,6 +6,7 @@ from pathlib import Path
 from agents.root_model import RootModel
 
 WEIGHTS = Path(__file__).parent / "weights"
+SHIPPED_POLICY = WEIGHTS / "mimic.safetensors"
 
 
 @cache

@@ -101,6 +101,14 @@ def from_axes(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
     return Rotation.from_matrix(matrices.reshape(-1, 3, 3)).as_quat(scalar_first=True).reshape(*x.shape[:-1], 4)
 
 
+def between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the smallest rotations (T, 4) that carry unit vectors ``a`` (T, 3) onto ``b`` (T, 3)."""
+    q = np.concat([1.0 + np.sum(a * b, axis=-1, keepdims=True), cross(a, b)], axis=-1)
+    opposite = q[:, 0] < 1e-9
+    q[opposite] = (0.0, 0.0, 0.0, 1.0)  # half a turn about the vertical: limbs at rest are across it or along it
+    return q / np.linalg.norm(q, axis=-1, keepdims=True)
+
+
 def _rest_world(capture: Capture) -> World:
     """Return the rest pose as a clip of one frame."""
     skeleton = capture.motion.skeleton
@@ -178,20 +186,12 @@ def _bend_axis(body: str, world: World, reference: World, forward: np.ndarray) -
     """Return the axis (3,) in the joint's frame about which the limb bends, each frame weighted by how far it is bent."""
     middle, end, axis = HINGED[body]
     bone = unit_vector(reference.positions[middle] - reference.positions[body])
-    turned = multiply(_between(rotate(forward, np.broadcast_to(BONES[body], bone.shape)), bone), forward)
+    turned = multiply(between(rotate(forward, np.broadcast_to(BONES[body], bone.shape)), bone), forward)
     prior = rotate(conjugate(reference.rotations[body]), rotate(turned, np.broadcast_to(axis, bone.shape))).mean(axis=0)
     upper = unit_vector(world.positions[middle] - world.positions[body])
     bend = rotate(conjugate(world.rotations[body]), cross(upper, unit_vector(world.positions[end] - world.positions[middle])))
     weighted = np.mean(np.linalg.norm(bend, axis=-1, keepdims=True) * bend, axis=0)
     return unit_vector(weighted + PRIOR_WEIGHT * prior)
-
-
-def _between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the smallest rotations (T, 4) that carry unit vectors ``a`` (T, 3) onto ``b`` (T, 3)."""
-    q = np.concat([1.0 + np.sum(a * b, axis=-1, keepdims=True), cross(a, b)], axis=-1)
-    opposite = q[:, 0] < 1e-9
-    q[opposite] = (0.0, 0.0, 0.0, 1.0)  # half a turn about the vertical: limbs at rest are across it or along it
-    return q / np.linalg.norm(q, axis=-1, keepdims=True)
 
 
 def _sole(side: str, flat: World, tip: np.ndarray) -> dict[str, np.ndarray]:

@@ -16,6 +16,7 @@ from datasets.skeleton import Skeleton, forward_kinematics
 
 UNITS: dict[str, float] = {"m": 1.0, "ft": 0.3048, "dm": 0.1, "CMU": 0.056444, "inch": 0.0254, "cm": 0.01, "mm": 0.001}  # metres
 AXES: dict[str, list[int]] = {"x": [1, 2, 0], "y": [2, 0, 1], "z": [0, 1, 2]}  # up in the file -> its axes that become x, y, z
+POSITIONS = {"Xposition", "Yposition", "Zposition"}
 MAX_LEG_RATIO = 1.8  # a leg of 0.46 to 1.5 m passes for a human's
 MIN_BONE = 1e-3  # of the leg's length
 LEADING = 12  # frames at the start among which a T-pose and its smoothed tail are looked for
@@ -32,6 +33,7 @@ class Capture:
         unit: Metres per unit of the file.
         up: Axis of the file that points up.
         dropped: Leading frames that were dropped because they jump (a T-pose).
+        placed: Joints whose position the file holds for each frame.
     """
 
     motion: Motion
@@ -40,6 +42,7 @@ class Capture:
     unit: float
     up: str
     dropped: int
+    placed: tuple[int, ...] = (0,)
 
 
 def read_capture(path: str | os.PathLike[str], mapping: Mapping | None = None) -> Capture:
@@ -77,7 +80,8 @@ def capture(bvh: Bvh, name: str, mapping: Mapping | None = None) -> Capture:
     tips = np.array([np.mean(sites, axis=0) if sites else np.zeros(3) for sites in bvh.end_sites])
     local_rotations = local_rotations[dropped:, :, [0, *(1 + axis for axis in axes)]]
     motion = Motion(Skeleton(bvh.names, bvh.parents, offsets), local_positions, local_rotations, _rate(bvh.frame_time), name)
-    return Capture(motion, roles, unit * tips[:, axes], unit, up, dropped)
+    placed = tuple(joint for joint, channels in enumerate(bvh.channels) if set(channels) >= POSITIONS)
+    return Capture(motion, roles, unit * tips[:, axes], unit, up, dropped, placed)
 
 
 def leg_length(positions: np.ndarray, roles: Roles) -> float:

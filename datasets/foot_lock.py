@@ -11,10 +11,10 @@ from datasets.limb_ik import SHIN, THIGH, leg_ik
 from datasets.motion import BodyMotion
 from datasets.retarget import SAME_LEVEL
 from datasets.rotation import about_axis, conjugate, cross, multiply, rotate
+from datasets.two_bones import within_reach
 
 BLEND = 0.15  # s, within which a correction comes and goes: half of a brisk step's swing
 SLOPE_FRAMES = 3  # over which the speed is averaged with which a correction leaves its contact
-SLACK = 0.5  # share of what a leg lacks to be straight that it may be lengthened by exactly; beyond it gives way softly
 _Y = np.array([0.0, 1.0, 0.0])
 _NO_TURN, _HALF_TURN = np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 1.0])  # about the leg
 
@@ -37,12 +37,12 @@ def lock_feet(motion: BodyMotion, contacts: np.ndarray | None = None) -> BodyMot
     soles = sole_points(positions, rotations)
     local = motion.local_rotations.copy()
     for side, (foot, _) in enumerate(FEET):
-        correction = _correction(soles[:, side], contacts[:, side], motion.fps)
-        _move_foot(local, positions, rotations, foot, positions[:, foot] + correction)
+        moved = correction(soles[:, side], contacts[:, side], motion.fps)
+        _move_foot(local, positions, rotations, foot, positions[:, foot] + moved)
     return replace(motion, local_rotations=continuous(local))
 
 
-def _correction(soles: np.ndarray, contacts: np.ndarray, fps: float) -> np.ndarray:
+def correction(soles: np.ndarray, contacts: np.ndarray, fps: float) -> np.ndarray:
     """Return by how much a foot is to be moved [m] (T, 3).
 
     Args:
@@ -89,7 +89,7 @@ def _move_foot(local: np.ndarray, positions: np.ndarray, rotations: np.ndarray, 
     side = NAMES[foot][-1]
     thigh, shin = NAMES.index(f"thigh_{side}"), NAMES.index(f"shin_{side}")
     hip = positions[:, thigh]
-    ankle = hip + _within_reach(positions[:, foot] - hip, ankle - hip)
+    ankle = hip + within_reach(positions[:, foot] - hip, ankle - hip, THIGH + SHIN)
     hinge = rotate(rotations[:, thigh], np.broadcast_to(_Y, hip.shape))
     folded = _flexion(local[:, shin]) < -0.5 * np.pi  # beyond a half turn, as only a suit believes: the knee's side is the other one
     forward = cross(hinge, hip - ankle)
@@ -103,14 +103,3 @@ def _move_foot(local: np.ndarray, positions: np.ndarray, rotations: np.ndarray, 
 def _flexion(shin: np.ndarray) -> np.ndarray:
     """Return the knee's flexion [rad] in -pi to pi (T,) from the shin's local rotations (T, 4)."""
     return np.remainder(2.0 * np.arctan2(shin[:, 2], shin[:, 0]) + np.pi, 2.0 * np.pi) - np.pi
-
-
-def _within_reach(old: np.ndarray, new: np.ndarray) -> np.ndarray:
-    """Return ``new`` (T, 3) [m], from hip to ankle, but shorter where the leg would become straight, softly: knees do not pop."""
-    before, after = np.linalg.norm(old, axis=-1), np.linalg.norm(new, axis=-1)
-    room = np.maximum(THIGH + SHIN - before, 1e-6)
-    exact = SLACK * room
-    excess = np.maximum(after - before - exact, 0.0)
-    soft = (1.0 - SLACK) * room
-    length = np.where(excess > 0.0, before + exact + soft * (1.0 - np.exp(-excess / soft)), after)
-    return new * (length / after)[:, None]

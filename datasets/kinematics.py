@@ -6,7 +6,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from datasets.humanoid import ANKLE_HEIGHT, BODIES, CENTRES, FEET, MASSES, SKELETON
-from datasets.motion import BodyMotion
+from datasets.motion import BodyMotion, Motion
 from datasets.rotation import conjugate, multiply, normalise, rotate, to_rotation_vector
 from datasets.skeleton import forward_kinematics
 
@@ -21,6 +21,11 @@ def body_poses(motion: BodyMotion) -> tuple[np.ndarray, np.ndarray]:
     offsets = np.broadcast_to(SKELETON.offsets, (len(motion), *SKELETON.offsets.shape)).copy()
     offsets[:, 0] = motion.root_position
     return forward_kinematics(SKELETON.parents, offsets, motion.local_rotations)
+
+
+def joint_poses(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+    """Return the positions (T, J, 3) [m] and rotations (T, J, 4) in the world of the joints of a performer's own skeleton."""
+    return forward_kinematics(motion.skeleton.parents, motion.local_positions, motion.local_rotations)
 
 
 def linear_velocity(positions: np.ndarray, fps: float) -> np.ndarray:
@@ -118,11 +123,16 @@ def resample(motion: BodyMotion, fps: float) -> BodyMotion:
     Returns:
         Clip at the new rate that starts at the same instant and ends at the last instant that both rates share.
     """
-    if motion.fps == fps or len(motion) < 2:
+    frames = int(np.floor((len(motion) - 1) / motion.fps * fps + 1e-6)) + 1
+    return resample_to(motion, frames, fps)
+
+
+def resample_to(motion: BodyMotion, frames: int, fps: float) -> BodyMotion:
+    """Return ``frames`` frames of the clip at another rate, along cubic splines; its last pose again for instants after its end."""
+    if (motion.fps == fps and frames == len(motion)) or len(motion) < 2:
         return replace(motion, fps=fps)
     old = np.arange(len(motion)) / motion.fps
-    new = np.arange(int(np.floor(old[-1] * fps + 1e-6)) + 1) / fps
-    new = np.minimum(new, old[-1])
+    new = np.minimum(np.arange(frames) / fps, old[-1])
     root = CubicSpline(old, motion.root_position)(new)
     rotations = normalise(CubicSpline(old, continuous(motion.local_rotations))(new))
     return replace(motion, root_position=root, local_rotations=rotations, fps=fps)

@@ -8,51 +8,84 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from datasets.body_state import BodyState
 from datasets.humanoid import BODY_COUNT, HINGE_COUNT, SKELETON, hinge_angles
 from datasets.kinematics import angular_velocity, body_poses, centre_of_mass, linear_velocity, lowest_points
 from datasets.motion import BodyMotion
-from datasets.rotation import Array, heading, skew, to_matrix
+from datasets.pairing import re_anchor
+from datasets.rotation import Array, conjugate, heading, rotate, skew, to_matrix
 
 # Where three hinges in series come near gimbal lock their speeds have no bound; no human joint turns faster than this.
 MAX_HINGE_SPEED = 20.0  # rad/s
 
 
-class Reference(NamedTuple):
-    """The reference at one frame of each of N worlds.
+class Observed(NamedTuple):
+    """The track that the policy sees and the motors follow, faulty or not, at one frame of each of N worlds.
 
     Attributes:
-        body: The bodies, as ``BodyState``.
-        axis_vel: Velocities of the tips of the bodies' unit axes about their origins [m/s], shape (N, 20, 3, 3).
-        local_rot: Rotation matrices relative to the parent of all bodies but the pelvis, shape (N, 19, 3, 3).
+        pos: Origins of the bodies [m], shape (N, 20, 3).
+        lin_vel: Their velocities [m/s], shape (N, 20, 3).
+        com: Centre of mass [m], shape (N, 3).
+        com_vel: Its velocity [m/s], shape (N, 3).
         facing: Cosine and sine of the pelvis' heading, shape (N, 2).
         hinges: Angles of the 43 hinges [rad], shape (N, 43).
         hinge_vel: Their speeds [rad/s], shape (N, 43).
-        truth_root: Pelvis of the clean clip behind a faulty one, else of the clip itself [m], shape (N, 3).
     """
 
-    body: BodyState
-    axis_vel: Array
-    local_rot: Array
+    pos: Array
+    lin_vel: Array
+    com: Array
+    com_vel: Array
     facing: Array
     hinges: Array
     hinge_vel: Array
+
+
+class Rewarded(NamedTuple):
+    """The track that is rewarded: the clean one of a pair, else the observed one.
+
+    Attributes:
+        pos: Origins of the bodies [m], shape (N, 20, 3).
+        rot: Their rotation matrices, columns are the bodies' axes, shape (N, 20, 3, 3).
+        lin_vel: Their velocities [m/s], shape (N, 20, 3).
+        axis_vel: Velocities of the tips of the bodies' unit axes about their origins [m/s], shape (N, 20, 3, 3).
+        local_rot: Rotation matrices relative to the parent of all bodies but the pelvis, shape (N, 19, 3, 3).
+    """
+
+    pos: Array
+    rot: Array
+    lin_vel: Array
+    axis_vel: Array
+    local_rot: Array
+
+
+class Reference(NamedTuple):
+    """Everything about one frame of each of N worlds.
+
+    Attributes:
+        observed: What the policy sees and the motors follow.
+        rewarded: What it is rewarded for.
+        truth_root: Pelvis of the clean clip behind a faulty one, else of the clip itself, where it was [m], shape (N, 3).
+    """
+
+    observed: Observed
+    rewarded: Rewarded
     truth_root: Array
 
 
 _ALL, _JOINTS = (BODY_COUNT,), (BODY_COUNT - 1,)
-_SHAPES = {  # of one frame's parts, in the order of BodyState and Reference
+_SHAPES = {  # of one frame's parts, in the order of Observed, Rewarded and Reference
     "pos": (*_ALL, 3),
-    "rot": (*_ALL, 3, 3),
     "lin_vel": (*_ALL, 3),
-    "ang_vel": (*_ALL, 3),
     "com": (3,),
     "com_vel": (3,),
-    "axis_vel": (*_ALL, 3, 3),
-    "local_rot": (*_JOINTS, 3, 3),
     "facing": (2,),
     "hinges": (HINGE_COUNT,),
     "hinge_vel": (HINGE_COUNT,),
+    "rewarded_pos": (*_ALL, 3),
+    "rewarded_rot": (*_ALL, 3, 3),
+    "rewarded_lin_vel": (*_ALL, 3),
+    "rewarded_axis_vel": (*_ALL, 3, 3),
+    "rewarded_local_rot": (*_JOINTS, 3, 3),
     "truth_root": (3,),
 }
 _ENDS = np.cumsum([0, *(np.prod(shape) for shape in _SHAPES.values())]).tolist()
@@ -83,6 +116,8 @@ class MotionLibrary:
             the hinges, shape (F, 50).
         start_vel: Generalised velocities: root linear in the world and angular in the body, then hinges, shape (F, 49).
         fps: Frames per second of every clip.
+        feed_forward: Angles beside the reference's that let motors carry it, by ``envs.feed_forward`` [rad], shape (F, 43);
+            None where nobody has worked them out.
     """
 
     clips: tuple[ClipInfo, ...]
@@ -90,14 +125,16 @@ class MotionLibrary:
     start_pose: np.ndarray
     start_vel: np.ndarray
     fps: float
+    feed_forward: np.ndarray | None = None
 
     @classmethod
-    def of(cls, motions: list[BodyMotion], truths: list[BodyMotion] | None = None) -> Self:
+    def of(cls, motions: list[BodyMotion], truths: list[BodyMotion] | None = None, paired: bool = False) -> Self:
         """Pack clips.
 
         Args:
             motions: Clips of one rate, at least one.
             truths: For each clip the clean clip behind it, of the same length and rate; each clip itself if None.
+            paired: Whether the clean clips are rewarded, re-anchored to the observed ones, instead of the observed ones.
 
         Returns:
             The library.
@@ -109,7 +146,7 @@ class MotionLibrary:
             raise ValueError("a motion library needs at least one clip")
         if len({motion.fps for motion in motions}) > 1:
             raise ValueError("the clips of a motion library differ in their frame rate")
-        packed = [_pack(motion, truth) for motion, truth in zip(motions, truths or motions, strict=True)]
+        packed = [_pack(motion, truth, paired) for motion, truth in zip(motions, truths or motions, strict=True)]
         starts = np.cumsum([0, *(len(motion) for motion in motions)])
         clips = tuple(ClipInfo(m.name, m.performer, m.system, m.kind, int(s), len(m)) for m, s in zip(motions, starts, strict=False))
         arrays = {key: np.concat([one[key] for one in packed]) for key in packed[0]}
@@ -120,11 +157,12 @@ class MotionLibrary:
         """Rebuild a library from what ``arrays`` gave, frozen."""
         for array in arrays.values():
             array.setflags(write=False)
-        return cls(clips, arrays["table"], arrays["start_pose"], arrays["start_vel"], fps)
+        return cls(clips, **arrays, fps=fps)
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Return the packed arrays by name, to store or share them."""
-        return {"table": self.table, "start_pose": self.start_pose, "start_vel": self.start_vel}
+        arrays = {"table": self.table, "start_pose": self.start_pose, "start_vel": self.start_vel}
+        return arrays if self.feed_forward is None else arrays | {"feed_forward": self.feed_forward}
 
     @cached_property
     def frames(self) -> Reference:
@@ -153,36 +191,31 @@ class MotionLibrary:
 def _reference(table: Array) -> Reference:
     """Return the parts of table rows (N, W), as views of them."""
     parts = [table[:, columns].reshape(-1, *shape) for columns, shape in zip(_COLUMNS, _SHAPES.values(), strict=True)]
-    bodies = len(BodyState._fields)
-    return Reference(BodyState(*parts[:bodies]), *parts[bodies:])
+    observed = len(Observed._fields)
+    return Reference(Observed(*parts[:observed]), Rewarded(*parts[observed:-1]), parts[-1])
 
 
-def _pack(motion: BodyMotion, truth: BodyMotion) -> dict[str, np.ndarray]:
+def _pack(motion: BodyMotion, truth: BodyMotion, paired: bool) -> dict[str, np.ndarray]:
     """Return everything of one clip that the library stores, in single precision."""
     if len(truth) != len(motion) or truth.fps != motion.fps:
         raise ValueError(f"{motion.name} and its clean clip differ in length or frame rate")
     pos, quat = body_poses(motion)
-    rot, com = to_matrix(quat), centre_of_mass(pos, quat)
-    lin_vel, ang_vel = linear_velocity(pos, motion.fps), angular_velocity(quat, motion.fps)
-    parents = np.array(SKELETON.parents[1:])
+    com, lin_vel = centre_of_mass(pos, quat), linear_velocity(pos, motion.fps)
     hinges = hinge_angles(motion.local_rotations)
     hinge_vel = np.clip(linear_velocity(hinges, motion.fps), -MAX_HINGE_SPEED, MAX_HINGE_SPEED)
     yaw = heading(quat[:, 0])
     lift = np.maximum(-lowest_points(pos, quat).min(axis=1), 0.0)
     root = motion.root_position + np.stack([0 * lift, 0 * lift, lift], axis=1)
-    root_spin = np.einsum("tij,ti->tj", rot[:, 0], ang_vel[:, 0])
+    root_spin = rotate(conjugate(quat[:, 0]), angular_velocity(quat[:, 0], motion.fps))
     parts = {
         "pos": pos,
-        "rot": rot,
         "lin_vel": lin_vel,
-        "ang_vel": ang_vel,
         "com": com,
         "com_vel": linear_velocity(com, motion.fps),
-        "axis_vel": axis_velocity(ang_vel, rot),
-        "local_rot": rot[:, parents].swapaxes(-1, -2) @ rot[:, 1:],
         "facing": np.stack([np.cos(yaw), np.sin(yaw)], axis=1),
         "hinges": hinges,
         "hinge_vel": hinge_vel,
+        **_rewarded(re_anchor(truth, motion) if paired and truth is not motion else motion),
         "truth_root": truth.root_position,
     }
     packed = {
@@ -191,6 +224,20 @@ def _pack(motion: BodyMotion, truth: BodyMotion) -> dict[str, np.ndarray]:
         "start_vel": np.concat([lin_vel[:, 0], root_spin, hinge_vel], axis=1),
     }
     return {name: array.astype(np.float32) for name, array in packed.items()}
+
+
+def _rewarded(motion: BodyMotion) -> dict[str, np.ndarray]:
+    """Return the parts of a frame that are rewarded, of all frames of a clip."""
+    pos, quat = body_poses(motion)
+    rot, parents = to_matrix(quat), np.array(SKELETON.parents[1:])
+    parts = Rewarded(
+        pos,
+        rot,
+        linear_velocity(pos, motion.fps),
+        axis_velocity(angular_velocity(quat, motion.fps), rot),
+        rot[:, parents].swapaxes(-1, -2) @ rot[:, 1:],
+    )
+    return {f"rewarded_{name}": part for name, part in parts._asdict().items()}
 
 
 def axis_velocity(ang_vel: Array, rot: Array) -> Array:

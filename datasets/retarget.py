@@ -13,10 +13,11 @@ import numpy as np
 from datasets.calibration import HINGED, Calibration, World, calibrate, from_axes, unit_vector
 from datasets.capture import Capture, leg_length
 from datasets.humanoid import BODIES, FEET, LEG_LENGTH, NAMES, SKELETON
-from datasets.kinematics import body_poses, lowest_points
-from datasets.motion import BodyMotion
+from datasets.kinematics import body_poses, joint_poses, lowest_points
+from datasets.motion import BodyMotion, Motion
+from datasets.roles import Roles
 from datasets.rotation import about_axis, conjugate, cross, heading, multiply, rotate
-from datasets.skeleton import forward_kinematics
+from datasets.two_bones import bend_normal
 
 # The ground is where feet stand: measured on 48 CMU clips, this quarter of standing soles left them floating 5 mm and
 # sinking 3 mm on average, where the lowest tenth of all frames left them floating 18 mm and sinking 1 mm.
@@ -26,10 +27,6 @@ SAME_LEVEL = 0.08  # m; soles that stand higher than that stand on something
 LOWEST_PERCENTILE = 30.0  # of the lowest point in all frames, where no foot ever stands
 TOE_BEND = np.radians(60.0)  # as far as a toe gives way to the ground
 TOE_RELEASE = 0.2  # m; a toe is let go while its joint rises to there: well clear of the ground, and no whip when a foot lifts off
-# Bend [rad] below which the calibrated hinge axis is used, and beyond which the plane of the limb itself; in between
-# they blend. The second pair is for a limb that seems to bend the wrong way: then noise is likelier than a new plane.
-BLEND_ALONG = (np.radians(10.0), np.radians(45.0))
-BLEND_AGAINST = (np.radians(40.0), np.radians(80.0))
 
 
 @dataclass(frozen=True)
@@ -61,6 +58,10 @@ class Retargeted:
         moved = self.scale * points - np.append(self.origin, -self.lift)
         return rotate(np.broadcast_to(_turn(-self.yaw), (*moved.shape[:-1], 4)), moved)
 
+    def displacement(self, moved: np.ndarray) -> np.ndarray:
+        """Return by how much a point of the performer moves (..., 3) [m] when the 20 bodies' moves by ``moved`` (..., 3) [m]."""
+        return rotate(np.broadcast_to(_turn(self.yaw), (*moved.shape[:-1], 4)), moved) / self.scale
+
 
 def retarget(capture: Capture) -> Retargeted:
     """Return a clip on the 20 bodies.
@@ -71,24 +72,47 @@ def retarget(capture: Capture) -> Retargeted:
     Returns:
         The clip at its own frame rate and what leads back.
     """
-    skeleton = capture.motion.skeleton
-    positions, rotations = forward_kinematics(skeleton.parents, capture.motion.local_positions, capture.motion.local_rotations)
+    positions, rotations = joint_poses(capture.motion)
     scale = LEG_LENGTH / leg_length(positions, capture.roles)
-    world = World(
-        {body: scale * positions[:, joint] for body, joint in capture.roles.items()},
-        {body: rotations[:, joint] for body, joint in capture.roles.items()},
-    )
+    world = _world(positions, rotations, capture.roles, scale)
     calibration = calibrate(capture, world, {f"foot_{side}": scale * _foot_tip(capture, f"foot_{side}") for side in "lr"})
     root, local = _body_pose(world, calibration)
     yaw, origin = float(heading(local[0, 0])), root[0, :2].copy()
-    turn = np.broadcast_to(_turn(-yaw), (len(root), 4))
-    root = rotate(turn, root - np.append(origin, 0.0))
-    local[:, 0] = multiply(turn, local[:, 0])
+    root, local = _at_origin(root, local, origin, yaw)
     rooted = bool(np.ptp(world.positions["pelvis"], axis=0).max() > STAYS)
-    motion = BodyMotion(root, _continuous(local), capture.motion.fps, capture.motion.name, rooted=rooted)
+    motion = BodyMotion(root, local, capture.motion.fps, capture.motion.name, rooted=rooted)
     lift = -_ground(motion, calibration.stands)
     motion = _bend_toes(replace(motion, root_position=root + np.array([0.0, 0.0, lift])))
     return Retargeted(motion, capture, calibration, scale, origin, yaw, lift)
+
+
+def retarget_again(retargeted: Retargeted, motion: Motion) -> BodyMotion:
+    """Return another performance on the performer's skeleton through the very calibration, scale, place and ground of the first.
+
+    Args:
+        retargeted: The first.
+        motion: Of the same skeleton, in the same world; any number of frames.
+    """
+    world = _world(*joint_poses(motion), retargeted.capture.roles, retargeted.scale)
+    root, local = _at_origin(*_body_pose(world, retargeted.calibration), retargeted.origin, retargeted.yaw)
+    root[:, 2] += retargeted.lift
+    rooted = bool(np.ptp(world.positions["pelvis"], axis=0).max() > STAYS)
+    return _bend_toes(replace(retargeted.motion, root_position=root, local_rotations=local, rooted=rooted))
+
+
+def _world(positions: np.ndarray, rotations: np.ndarray, roles: Roles, scale: float) -> World:
+    """Return the bodies' joints in our size, from all the joints' positions (T, J, 3) [m] and rotations (T, J, 4)."""
+    return World(
+        {body: scale * positions[:, joint] for body, joint in roles.items()},
+        {body: rotations[:, joint] for body, joint in roles.items()},
+    )
+
+
+def _at_origin(root: np.ndarray, local: np.ndarray, origin: np.ndarray, yaw: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the pelvis' positions (T, 3) [m] and the local rotations (T, 20, 4), moved by -origin (2,) [m] and turned by -yaw [rad]."""
+    turn = np.broadcast_to(_turn(-yaw), (len(root), 4))
+    local[:, 0] = multiply(turn, local[:, 0])
+    return rotate(turn, root - np.append(origin, 0.0)), _continuous(local)
 
 
 def _turn(yaw: float) -> np.ndarray:
@@ -177,7 +201,7 @@ def _limb(limb: str, world: World, axis: np.ndarray, hip: np.ndarray | None) -> 
     bones = [float(np.linalg.norm(SKELETON.offsets[NAMES.index(body)])) for body in (middle, end)]
     span = bones[0] * upper + bones[1] * lower if hip is None else world.positions[end] - hip
     along = unit_vector(span)
-    normal = _bend_normal(upper, lower, rotate(world.rotations[limb], np.broadcast_to(axis, upper.shape)), along)
+    normal = bend_normal(upper, lower, rotate(world.rotations[limb], np.broadcast_to(axis, upper.shape)), along)
     bend = np.arctan2(np.sum(cross(upper, lower) * normal, axis=-1), np.sum(upper * lower, axis=-1))
     ahead = np.arctan2(bones[1] * np.sin(bend), bones[0] + bones[1] * np.cos(bend))  # of the span from the upper bone
     bone = rotate(about_axis(normal, -ahead), along)
@@ -187,20 +211,3 @@ def _limb(limb: str, world: World, axis: np.ndarray, hip: np.ndarray | None) -> 
         y, z = bone * -rest_axis[2], normal * rest_axis[2]
         rotation = from_axes(cross(y, z), y, z)
     return rotation, about_axis(np.broadcast_to(np.abs(rest_axis), upper.shape), np.sum(rest_axis) * bend)
-
-
-def _bend_normal(upper: np.ndarray, lower: np.ndarray, calibrated: np.ndarray, along: np.ndarray) -> np.ndarray:
-    """Return the unit axis (T, 3), across ``along``, about which the limb bends: its own plane's where it is bent clearly."""
-    bend = cross(upper, lower)
-    angle = np.arctan2(np.linalg.norm(bend, axis=-1), np.sum(upper * lower, axis=-1))
-    own, calibrated = unit_vector(bend), unit_vector(_across(calibrated, along))
-    agreement = 0.5 + 0.5 * np.sum(own * calibrated, axis=-1)  # 1 bends as calibrated, 0 the opposite way
-    begin, end = (low + (high - low) * agreement for low, high in zip(BLEND_AGAINST, BLEND_ALONG, strict=True))
-    share = np.clip((angle - begin) / (end - begin), 0.0, 1.0)[:, None]
-    share = share * share * (3.0 - 2.0 * share)
-    return unit_vector(_across((1.0 - share) * calibrated + share * own, along))
-
-
-def _across(v: np.ndarray, along: np.ndarray) -> np.ndarray:
-    """Return the part of ``v`` (T, 3) that is perpendicular to the unit vectors ``along`` (T, 3)."""
-    return v - np.sum(v * along, axis=-1, keepdims=True) * along

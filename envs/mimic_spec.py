@@ -38,6 +38,9 @@ class MimicSpec:
         preview: Control steps ahead at which the reference's bodies are observed as well.
         action_scale: Residual angle [rad] of an action of one.
         smoothing: Weight of the newest action, beta of eq. 4.5.
+        feed_forward: Whether motors are also told the torques by which the reference could be carried (``envs.feed_forward``).
+        foot_slip: Taken from the reward for each m/s at which a foot on the ground slides (``envs.penalties``).
+        action_rate: Taken from the reward for each unit by which the smoothed actions change in a step, squared and averaged.
     """
 
     configuration: str = "adapt"
@@ -47,6 +50,9 @@ class MimicSpec:
     preview: tuple[int, ...] = ()
     action_scale: float = 1.0
     smoothing: float = 0.2
+    feed_forward: bool = False
+    foot_slip: float = 0.0
+    action_rate: float = 0.0
 
     def __post_init__(self) -> None:
         """Check what a user may have typed."""
@@ -58,6 +64,9 @@ class MimicSpec:
             raise ValueError(f"smoothing is {self.smoothing}, should be above 0 and at most 1")
         if not self.action_scale > 0.0:
             raise ValueError(f"action_scale is {self.action_scale}, should be above 0 [rad]")
+        for name in ("foot_slip", "action_rate"):
+            if not getattr(self, name) >= 0.0:
+                raise ValueError(f"{name} is {getattr(self, name)}, should be 0 or more")
         if any(steps < 1 for steps in self.preview):
             raise ValueError(f"preview is {list(self.preview)}, should hold positive numbers of control steps")
         object.__setattr__(self, "preview", tuple(self.preview))
@@ -75,6 +84,11 @@ class MimicSpec:
         if self.configuration == "full":
             return tuple(range(HINGE_COUNT))
         return tuple(h for h, (body, _) in enumerate(HINGES) if NAMES[body] in KEY_BODIES)
+
+    @property
+    def penalised(self) -> bool:
+        """Whether anything is taken from the reward."""
+        return self.foot_slip > 0.0 or self.action_rate > 0.0
 
     @property
     def action_size(self) -> int:

@@ -1,18 +1,18 @@
 """What the policy sees: Table 4.1 of the thesis and the additions of ``MimicSpec``; pure, batched, NumPy or torch."""
 
 from datasets.body_state import BodyState
-from datasets.motion_library import Reference
+from datasets.motion_library import Observed
 from datasets.rotation import Array, namespace
 from envs.mimic_spec import MimicSpec
 
 
-def observe(spec: MimicSpec, agent: BodyState, reference: Reference, smoothed_action: Array, preview_pos: Array | None) -> Array:
+def observe(spec: MimicSpec, agent: BodyState, target: Observed, smoothed_action: Array, preview_pos: Array | None) -> Array:
     """Return the observations of N worlds.
 
     Args:
         spec: Which parts, in which axes.
         agent: Simulated bodies.
-        reference: Reference at the same instant.
+        target: Observed track at the same instant.
         smoothed_action: Action in force, shape (N, A).
         preview_pos: Origins of the reference's bodies at the instants of ``spec.preview`` [m], shape (N, P, 20, 3); None
             without preview.
@@ -21,7 +21,6 @@ def observe(spec: MimicSpec, agent: BodyState, reference: Reference, smoothed_ac
         Observations in the order of ``spec.observation_parts``, shape (N, O). Source: thesis, Table 4.1.
     """
     xp = namespace(agent.pos)
-    target = reference.body
     bodies = slice(None) if len(spec.observed_bodies) == agent.pos.shape[1] else list(spec.observed_bodies)
     com_vel = [agent.com_vel[:, None], target.com_vel[:, None], (agent.com_vel - target.com_vel)[:, None]]
     root_vel = target.lin_vel[:, :1]
@@ -37,7 +36,7 @@ def observe(spec: MimicSpec, agent: BodyState, reference: Reference, smoothed_ac
         table.append(ahead.reshape(len(ahead), -1, 3))
     vectors = xp.concat(table, axis=1)
     if spec.frame == "heading":
-        vectors = _turn_back(vectors, reference.facing)
+        vectors = _turn_back(vectors, target.facing)
     flat = vectors.reshape(len(vectors), -1)
     additions = spec.observation_slices["smoothed_action"].start + 2  # columns 11 and 14 are left out: what is not horizontal
     parts = [flat[:, :11], flat[:, 12:14], flat[:, 15:additions], smoothed_action, flat[:, additions:]]

@@ -20,6 +20,10 @@ class Physics(Protocol):
         """
         ...
 
+    def hold_root(self, wrench: Array) -> None:
+        """Let forces [N] and torques [Nm] act on the pelvis, world axes, shape (N, 6), in all steps until told otherwise."""
+        ...
+
     def bodies(self, worlds: Array | slice = ...) -> BodyState:
         """Return where the bodies of worlds are now, of all by default; the arrays are the caller's to keep."""
         ...

@@ -37,7 +37,7 @@ class CpuPhysics:
         self.model = build_model()
         self._batch = Batch(self.model, nsim=worlds, nthread=threads, persistent=True)
         self._fresh = self._batch.state[0].copy()  # a world without a past: no warm start of the solver either
-        self._qpos, self._qvel, self._ctrl = (self._batch.bind(name) for name in ("qpos", "qvel", "ctrl"))
+        self._qpos, self._qvel, self._ctrl, self._wrench = (self._batch.bind(name) for name in ("qpos", "qvel", "ctrl", "xfrc_applied"))
         self._xpos, self._xmat, self._sensors = (self._batch.bind(name) for name in ("xpos", "xmat", "sensordata"))
 
     def reset(self, worlds: np.ndarray, pose: np.ndarray, vel: np.ndarray) -> None:
@@ -50,12 +50,20 @@ class CpuPhysics:
     def step(self, targets: np.ndarray) -> np.ndarray:
         """Advance one control step; see ``Physics.step``."""
         self._ctrl[:] = targets
-        self._batch.step(nstep=SUBSTEPS, stage=_NOW)
+        self._advance()
         failed = ~(np.abs(self._qvel).max(axis=1) < MAX_SPEED)  # written so that NaN counts as failed
         if failed.any():  # put back to the origin: no number of an exploded world may reach anybody
             self._batch.state[failed] = self._fresh
             self._batch.forward(failed, stage=_NOW)
         return failed
+
+    def _advance(self) -> None:
+        """Simulate one control step."""
+        self._batch.step(nstep=SUBSTEPS, stage=_NOW)
+
+    def hold_root(self, wrench: np.ndarray) -> None:
+        """Let a force and a torque act on the pelvis until told otherwise; see ``Physics.hold_root``."""
+        self._wrench[:, 1] = wrench
 
     def bodies(self, worlds: np.ndarray | slice = _ALL) -> BodyState:
         """Return where the bodies are; see ``Physics.bodies``."""
@@ -74,11 +82,35 @@ class CpuPhysics:
         """Return a copy of the generalised positions, shape (N, 50)."""
         return self._qpos.copy()
 
+    def motion(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return copies of the generalised positions (N, 50) and velocities (N, 49), and of what the motors are told (N, 43)."""
+        return self._qpos.copy(), self._qvel.copy(), self._ctrl.copy()
+
     def get_state(self) -> np.ndarray:
         """Return everything that the next step depends on, to be given to ``set_state``, shape (N, S)."""
         return self._batch.state.copy()
+
+    def branch(self, parents: np.ndarray) -> None:
+        """Let every world go on from where another one, ``parents`` (N,), is now."""
+        self.set_state(self._batch.state[parents])
 
     def set_state(self, state: np.ndarray) -> None:
         """Go back to a state that ``get_state`` returned."""
         self._batch.state[:] = state
         self._batch.forward(stage=_NOW)
+
+
+class FilmedPhysics(CpuPhysics):
+    """Physics that keeps what happens at each frame of the reference, not only at each control step.
+
+    Attributes:
+        film: Of the last control step, ``CpuPhysics.motion`` at each of its ``FRAMES_PER_STEP`` frames.
+    """
+
+    film: list[tuple[np.ndarray, np.ndarray, np.ndarray]]
+
+    def _advance(self) -> None:
+        self.film = []
+        for _ in range(FRAMES_PER_STEP):
+            self._batch.step(nstep=SUBSTEPS // FRAMES_PER_STEP, stage=_NOW)
+            self.film.append(self.motion())

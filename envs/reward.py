@@ -6,7 +6,7 @@ import numpy as np
 
 from datasets.body_state import BodyState
 from datasets.humanoid import HEAD, SKELETON
-from datasets.motion_library import Reference, axis_velocity
+from datasets.motion_library import Observed, Reference, Rewarded, axis_velocity
 from datasets.rotation import Array, Constant, namespace
 from envs.mimic_spec import ALPHA_LOCAL, ALPHA_POSITION, ALPHA_VELOCITY, DISCOUNT_OFFSET, DISCOUNT_SLOPE
 
@@ -30,42 +30,46 @@ class Reward(NamedTuple):
 
 
 def reward(agent: BodyState, reference: Reference) -> Reward:
-    """Return every term of the reward of N worlds. Source: thesis, eq. 4.6 to 4.9."""
-    return Reward(local_pose(agent, reference), position(agent, reference), velocity(agent, reference), discount(agent, reference.body))
+    """Return every term of the reward of N worlds. Source: thesis, eq. 4.6 to 4.9.
+
+    The first three compare with the rewarded track, of which only the pose about the root counts. Being lost is about the
+    observed one: nobody can know how far that has drifted from the truth (ERRATA).
+    """
+    target = reference.rewarded
+    return Reward(local_pose(agent, target), position(agent, target), velocity(agent, target), discount(agent, reference.observed))
 
 
-def local_pose(agent: BodyState, reference: Reference) -> Array:
+def local_pose(agent: BodyState, target: Rewarded) -> Array:
     """Return exp(-2.5 x mean angle [rad] between the 19 joints' local rotations), shape (N,). Source: eq. 4.6."""
     xp = namespace(agent.rot)
-    error = agent.rot[:, _PARENTS].swapaxes(-1, -2) @ agent.rot[:, 1:] - reference.local_rot
+    error = agent.rot[:, _PARENTS].swapaxes(-1, -2) @ agent.rot[:, 1:] - target.local_rot
     # Chord instead of trace: |A - B| = 2 sqrt(2) sin(angle / 2) stays exact for small angles in single precision.
     half_sine = xp.sqrt(xp.einsum("njik,njik->nj", error, error) / 8.0)
     angles = 2.0 * xp.arcsin(half_sine.clip(0.0, 1.0))
     return xp.exp(-ALPHA_LOCAL / len(_PARENTS) * angles.sum(axis=-1))
 
 
-def position(agent: BodyState, reference: Reference) -> Array:
+def position(agent: BodyState, target: Rewarded) -> Array:
     """Return exp(-1.0 x mean over bodies of the six face centres' summed distances [m]), shape (N,).
 
     Face centres stand at +-0.5 m along each body's axes and are taken from the root. Source: eq. 4.7.
     """
-    target = reference.body
     error = agent.pos - target.pos
     centre = error - error[:, :1]
     return namespace(centre).exp(-ALPHA_POSITION * _six_faces(centre, agent.rot - target.rot))
 
 
-def velocity(agent: BodyState, reference: Reference) -> Array:
+def velocity(agent: BodyState, target: Rewarded) -> Array:
     """Return exp(-0.1 x mean over bodies of the six face centres' summed velocity errors [m/s]), shape (N,).
 
     Velocities are those of the positions of eq. 4.7, hence relative to the root's. Source: eq. 4.8.
     """
-    error = agent.lin_vel - reference.body.lin_vel
-    axes = axis_velocity(agent.ang_vel, agent.rot) - reference.axis_vel
+    error = agent.lin_vel - target.lin_vel
+    axes = axis_velocity(agent.ang_vel, agent.rot) - target.axis_vel
     return namespace(error).exp(-ALPHA_VELOCITY * _six_faces(error - error[:, :1], axes))
 
 
-def discount(agent: BodyState, target: BodyState) -> Array:
+def discount(agent: BodyState, target: Observed) -> Array:
     """Return clamp(1.3 - 1.4 x distance [m] of the heads in the world, 0, 1), shape (N,). Source: eq. 4.9."""
     xp = namespace(agent.pos)
     error = agent.pos[:, HEAD] - target.pos[:, HEAD]

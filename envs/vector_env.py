@@ -9,12 +9,15 @@ from gymnasium.vector.utils import batch_space
 
 from datasets.body_state import BodyState
 from datasets.humanoid import HINGE_COUNT
-from datasets.motion_library import MotionLibrary, Reference
+from datasets.motion_library import MotionLibrary, Observed, Reference
 from envs import termination
+from envs.assist import assist
 from envs.episode_metrics import EpisodeMetrics
+from envs.feed_forward import with_feed_forward
 from envs.humanoid_mjcf import HINGE_KP, HINGE_KV
 from envs.mimic_spec import EPISODE_FRAMES, FPS, FRAMES_PER_STEP, MimicSpec
 from envs.observation import observe
+from envs.penalties import penalties
 from envs.physics_cpu import CpuPhysics
 from envs.reward import reward
 from envs.start_state import StartSampler
@@ -27,7 +30,8 @@ class AdaptMimicVectorEnv(VectorEnv):
     """N humanoids that mimic the clips of a library, stepped together.
 
     Autoreset is same-step: a world that ends is reset at once, ``final_obs`` in the info holds its true last observation,
-    and ``tracking`` the metrics of the episode that ended. With ``AutoresetMode.DISABLED`` nothing resets by itself, and
+    and ``tracking`` the metrics of the episode that ended. Whoever trains may set ``assist``, the largest force [body weights] of an
+    invisible hand that leads the root; nobody else ever does. With ``AutoresetMode.DISABLED`` nothing resets by itself, and
     ``reset`` takes ``reset_mask`` in its options.
     """
 
@@ -59,7 +63,8 @@ class AdaptMimicVectorEnv(VectorEnv):
             raise ValueError(f"the library's clips run at {library.fps:g} fps, should be {FPS:g}")
         if autoreset_mode not in (AutoresetMode.SAME_STEP, AutoresetMode.DISABLED):
             raise ValueError("autoreset_mode should be SAME_STEP or DISABLED")
-        self.num_envs, self.library, self.task = num_envs, library, task or MimicSpec()
+        self.num_envs, self.task = num_envs, task or MimicSpec()
+        self.library = with_feed_forward(library) if self.task.feed_forward and library.feed_forward is None else library
         self.physics = CpuPhysics(num_envs, threads)
         self.starts = StartSampler(library, clip_weights, adaptive_starts)
         self.metadata = {"render_modes": [], "render_fps": int(FPS / FRAMES_PER_STEP), "autoreset_mode": autoreset_mode}
@@ -80,6 +85,7 @@ class AdaptMimicVectorEnv(VectorEnv):
         self._anchor = np.zeros((num_envs, 3), dtype=np.float32)
         self._action = np.zeros((num_envs, self.task.action_size), dtype=np.float32)
         self.physics_failures = 0
+        self.assist, self._held = 0.0, False
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[np.ndarray, dict[str, Any]]:
         """Begin episodes.
@@ -125,22 +131,25 @@ class AdaptMimicVectorEnv(VectorEnv):
         newest = np.asarray(actions, dtype=np.float32).clip(-1.0, 1.0)
         if np.isnan(newest).any():
             raise ValueError("actions hold numbers that are not finite, should be from -1 to 1")
-        self._action = self.task.smoothing * newest + (1.0 - self.task.smoothing) * self._action
+        before, self._action = self._action, self.task.smoothing * newest + (1.0 - self.task.smoothing) * self._action
         self._row = np.minimum(self._row + FRAMES_PER_STEP, self._clip_end[self._clip])  # a world left ended holds the last frame
         reference = self.library.at(self._row)
-        targets = reference.hinges + _SPEED_FEED * reference.hinge_vel + self._action @ self._residual
-        failed = self.physics.step(targets)
+        if self.assist or self._held:  # a force acts until another is told
+            self.physics.hold_root(assist(self.physics.bodies(), reference.observed, self.assist))
+            self._held = self.assist > 0.0
+        failed = self.physics.step(self._targets(reference.observed))
         agent = self.physics.bodies()
         terms = reward(agent, reference)
         if failed.any():
             self.physics_failures += int(failed.sum())
             for term in terms:
                 term[failed] = 0.0
-        rewards = terms.total
+        imitation = terms.total
+        rewards = imitation - penalties(self.task, agent, self._action - before) if self.task.penalised else imitation
         terminated = failed | termination.lost(terms.discount) | termination.fallen(agent)
         truncated = ~terminated & (self._row + FRAMES_PER_STEP > self._last)
-        root = np.where(failed[:, None], reference.body.pos[:, 0], agent.pos[:, 0])  # an exploded root is nowhere
-        self._metrics.add(rewards, root, reference.body.pos[:, 0], reference.truth_root + self._anchor)
+        root = np.where(failed[:, None], reference.observed.pos[:, 0], agent.pos[:, 0])  # an exploded root is nowhere
+        self._metrics.add(imitation, root, reference.observed.pos[:, 0], reference.truth_root + self._anchor)
         observation = self._observe(slice(None), agent, reference)
         info: dict[str, Any] = {f"reward/{name}": term for name, term in terms._asdict().items()}
         info["physics_failed"] = failed
@@ -150,6 +159,11 @@ class AdaptMimicVectorEnv(VectorEnv):
             if self._autoreset:
                 observation = self._restart(np.flatnonzero(ended), observation)
         return observation, rewards, terminated, truncated, info
+
+    @property
+    def rows(self) -> np.ndarray:
+        """Rows of the library where the worlds' references are now, shape (N,)."""
+        return self._row
 
     def get_state(self) -> dict[str, Any]:
         """Return everything that the future of this env depends on, as arrays and plain values."""
@@ -181,7 +195,7 @@ class AdaptMimicVectorEnv(VectorEnv):
         self._clip[worlds], self._first[worlds], self._row[worlds] = clip, row, row
         self._last[worlds] = np.minimum(row + frames, self._clip_end[clip])
         start = self.library.at(row)
-        self._anchor[worlds] = start.body.pos[:, 0] - start.truth_root
+        self._anchor[worlds] = start.observed.pos[:, 0] - start.truth_root
         self._action[worlds] = 0.0
         self._metrics.reset(worlds)
         self.physics.reset(worlds, self.library.start_pose[row], self.library.start_vel[row])
@@ -205,10 +219,26 @@ class AdaptMimicVectorEnv(VectorEnv):
         observation[worlds] = self._observe(worlds, self.physics.bodies(worlds), self.library.at(self._row[worlds]))
         return observation
 
+    def branch(self, parents: np.ndarray) -> None:
+        """Let every world go on from where another one is now: its body, its clock and its action.
+
+        Args:
+            parents: Of each world the one to continue, shape (N,).
+        """
+        self.physics.branch(parents)
+        for name in ("_clip", "_first", "_row", "_last", "_anchor", "_action"):
+            setattr(self, name, getattr(self, name)[parents])
+        self._metrics.sums[:] = self._metrics.sums[:, parents]
+
+    def _targets(self, observed: Observed) -> np.ndarray:
+        """Return the angles that the motors are told (N, 43): the reference's and the smoothed actions' (eq. 4.3)."""
+        targets = observed.hinges + _SPEED_FEED * observed.hinge_vel + self._action @ self._residual
+        return targets + self.library.feed_forward[self._row] if self.task.feed_forward else targets
+
     def _observe(self, worlds: np.ndarray | slice, agent: BodyState, reference: Reference) -> np.ndarray:
         preview = None
         if len(self._ahead):
             end = self._clip_end[self._clip[worlds]]
             rows = np.minimum(self._row[worlds][:, None] + self._ahead, end[:, None])
-            preview = self.library.frames.body.pos[rows]
-        return observe(self.task, agent, reference, self._action[worlds], preview)
+            preview = self.library.frames.observed.pos[rows]
+        return observe(self.task, agent, reference.observed, self._action[worlds], preview)

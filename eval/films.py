@@ -10,6 +10,7 @@ from envs.mimic_spec import FPS, FRAMES_PER_STEP
 from eval.examine import Track
 from eval.performance import Performance
 from eval.render import INSTALL_HINT, can_render, encode_mp4, poses, render_pair, save_picture
+from eval.typical import typical_window
 
 
 class Video(NamedTuple):
@@ -41,29 +42,23 @@ def picture(recorded: Track, path: Path) -> None:
         return
     ratios = [float(one.policy["episode_length_ratio"].mean()) for one in recorded.tracking]
     best = int(np.argmax(ratios))
-    one, reference = _typical(recorded, best, ratios[best])
+    one, reference = _typical(recorded, best)
     shown = min(one.survived + 1, len(one.poses))
     save_picture(path, reference[:shown], one.poses[:shown])
 
 
-def _typical(recorded: Track, clip: int, ratio: float) -> tuple[Performance, np.ndarray]:
+def _typical(recorded: Track, clip: int) -> tuple[Performance, np.ndarray]:
     """Return the performance of a clip's window that is most like the clip's mean, and the reference's poses beside it."""
-    windows = [one for one in recorded.performances if one.clip == clip]
-    one = min(windows, key=lambda w: abs(_ratio(w) - ratio))
+    one = typical_window(recorded, clip)
     return one, poses(recorded.clips[clip])[one.frame :: FRAMES_PER_STEP][: len(one.poses)]
 
 
 def _film_clip(recorded: Track, clip: int, title: str, ratio: float) -> Video:
     """Return the film of a clip's typical window."""
-    one, reference = _typical(recorded, clip, ratio)
-    lost = one.survived if one.survived < len(one.poses) else None
+    one, reference = _typical(recorded, clip)
+    lost = np.arange(len(one.poses)) >= one.survived
     mp4 = encode_mp4(render_pair(reference, one.poses, FPS / FRAMES_PER_STEP, lost))
     seconds = one.survived * FRAMES_PER_STEP / FPS
-    ending = "the agent lasts to the end" if lost is None else f"the episode ends after {seconds:.2f} s; from there the agent is red"
+    ending = "the agent lasts to the end" if not lost.any() else f"the episode ends after {seconds:.2f} s; from there the agent is red"
     name = recorded.clips[clip].name
     return Video(f"{title}: {name}", f"From {one.frame / FPS:.2f} s; {ending}. Mean episode_length_ratio {ratio:.3f}.", mp4)
-
-
-def _ratio(performance: Performance) -> float:
-    steps = len(performance.poses) - 1
-    return min(performance.survived, steps) / steps

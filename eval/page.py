@@ -1,5 +1,6 @@
 """Pages that need no network: the room where templates of reports and studies are filled in."""
 
+import base64
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -15,13 +16,14 @@ def render_page(template: str, filters: dict[str, Callable[..., Any]], **values:
 
     Args:
         template: Name of a template beside this file.
-        filters: What the template can do with values beside ``spread``, ``number`` and ``figure``.
+        filters: What the template can do with values beside this file's functions.
         values: What the template speaks of.
     """
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    environment.filters |= {"spread": spread, "number": number, "figure": _figure, **filters}
+    own = {"spread": spread, "number": number, "change": change, "figure": _figure, "video": _video, "image": _image}
+    environment.filters |= {**own, **filters}
     return environment.get_template(template).render(plotly_js=Markup(get_plotlyjs()), **values)
 
 
@@ -35,6 +37,27 @@ def spread(summary: dict[str, float] | None, decimals: int) -> str:
     return "–" if not summary else f"{number(summary['mean'], decimals)} ± {number(summary['std'], decimals)}"  # noqa: RUF001
 
 
+def change(before: float | None, after: float | None, decimals: int) -> str:
+    """Return how much a value that is printed with so many decimals changed, in per cent; by how much where it was zero."""
+    if before is None or after is None:
+        return "–"  # noqa: RUF001
+    first, second = round(before, decimals), round(after, decimals)
+    if first == second:
+        return "0 %"
+    sign = "+" if second > first else ""
+    return sign + (f"{number(100.0 * (after - before) / before, 0)} %" if first else number(second, decimals))
+
+
 def _figure(figure: dict[str, Any]) -> Markup:
     """Return a figure as JSON that is safe inside a script."""
     return Markup(json.dumps(figure, allow_nan=False).replace("<", "\\u003c"))
+
+
+def _video(mp4: bytes) -> str:
+    """Return a video as the address that holds it whole."""
+    return "data:video/mp4;base64," + base64.b64encode(mp4).decode()
+
+
+def _image(png: bytes) -> str:
+    """Return a picture as the address that holds it whole."""
+    return "data:image/png;base64," + base64.b64encode(png).decode()

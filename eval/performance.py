@@ -17,6 +17,7 @@ from envs.vector_env import AdaptMimicVectorEnv
 from eval.artefact_metrics import artefacts
 from trainers.play import Act, Rollouts
 
+SIDES = ("before", "after", "truth")
 SHORTEST_POSES = 4  # of a performance; from less, speeds and jitter say nothing
 
 
@@ -37,10 +38,11 @@ class Performance(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """Artefacts of the reference and of its performance, over the frames in which the agent survived."""
+    """Artefacts of the reference, of its performance and of the truth, over the frames in which the agent survived."""
 
     before: dict[str, float]
     after: dict[str, float]
+    truth: dict[str, float]  # empty where none is known
     frames: int  # compared
 
 
@@ -91,12 +93,25 @@ def compare(performance: Performance, reference: BodyMotion, truth: BodyMotion |
     """
     if performance.survived < SHORTEST_POSES:
         return None
+    sides = sides_of(performance, reference, truth)
+    original, clean = sides["before"], sides.get("truth")
+    own = artefacts(clean, clean) if clean else {}
+    return Comparison(artefacts(original, clean), artefacts(sides["after"], clean, original), own, len(original))
+
+
+def sides_of(performance: Performance, reference: BodyMotion, truth: BodyMotion | None) -> dict[str, BodyMotion]:
+    """Return the clips that are compared, of the same frames: "before", "after" and, where it is known, "truth".
+
+    Args:
+        performance: Of the reference, of at least two poses before its end.
+        reference: The whole clip that was performed.
+        truth: The whole clean clip behind it, where it is known.
+    """
     first = performance.frame
     last = first + FRAMES_PER_STEP * (performance.survived - 1) + 1
-    original = _as_seen_at_control_steps(reference.cut(first, last))
-    clean = None if truth is None else _anchored(_as_seen_at_control_steps(truth.cut(first, last)), original)
-    agent = as_motion(performance.poses[: performance.survived], reference)
-    return Comparison(artefacts(original, clean), artefacts(agent, clean, original), last - first)
+    before = _as_seen_at_control_steps(reference.cut(first, last))
+    sides = {"before": before, "after": as_motion(performance.poses[: performance.survived], reference)}
+    return sides | ({"truth": _anchored(_as_seen_at_control_steps(truth.cut(first, last)), before)} if truth else {})
 
 
 def _as_seen_at_control_steps(motion: BodyMotion) -> BodyMotion:
@@ -113,19 +128,20 @@ def _anchored(truth: BodyMotion, reference: BodyMotion) -> BodyMotion:
 
 
 def weighted_mean(comparisons: Iterable[Comparison]) -> dict[str, dict[str, float]]:
-    """Return the artefacts before and after of a clip: the mean over its windows, by frames compared."""
+    """Return the artefacts of a clip by side: the mean over its windows, by frames compared."""
     parts = list(comparisons)
     total = sum(part.frames for part in parts)
     return {
         side: {name: sum(part.frames * getattr(part, side)[name] for part in parts) / total for name in getattr(parts[0], side)}
-        for side in ("before", "after")
+        for side in SIDES
     }
 
 
 def mean_over_clips(clips: Iterable[dict[str, dict[str, float]]]) -> dict[str, dict[str, float]]:
-    """Return the mean of the clips' artefacts before and after, each clip counting once; empty without clips."""
+    """Return the mean of the clips' artefacts by side, each clip that has a metric counting once; empty without clips."""
     parts = list(clips)
-    return {
-        side: {name: float(np.mean([part[side][name] for part in parts])) for name in parts[0][side]} if parts else {}
-        for side in ("before", "after")
-    }
+    means: dict[str, dict[str, float]] = {}
+    for side in SIDES:
+        names = dict.fromkeys(name for part in parts for name in part[side])
+        means[side] = {name: float(np.mean([part[side][name] for part in parts if name in part[side]])) for name in names}
+    return means

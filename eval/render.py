@@ -181,7 +181,7 @@ class Stage:
 
 
 def render_pair(
-    reference: np.ndarray, agent: np.ndarray, fps: float, lost_from: int | None = None, size: tuple[int, int] = (640, 360)
+    reference: np.ndarray, agent: np.ndarray, fps: float, lost: np.ndarray | None = None, size: tuple[int, int] = (640, 360)
 ) -> np.ndarray:
     """Return a video of the reference on the left and the agent on the right, the camera following the reference.
 
@@ -189,7 +189,7 @@ def render_pair(
         reference: Poses of the reference, shape (T, 50).
         agent: Poses of the agent, shape (T, 50).
         fps: Of both [1/s].
-        lost_from: Frame at which the agent's episode ended early; from there it is shown in another colour.
+        lost: Frames in which the agent is shown in another colour, as its episode had ended, shape (T,).
         size: Width and height [pixels].
 
     Returns:
@@ -203,7 +203,7 @@ def render_pair(
     with Stage(*size, _VIDEO_FIELD) as stage:
         for t in shown:
             camera = Camera(path[t], _distance(_VIDEO_HEIGHT, _VIDEO_FIELD), azimuth)
-            colour = AGENT_COLOUR if lost_from is None or t < lost_from else LOST_COLOUR
+            colour = LOST_COLOUR if lost is not None and lost[t] else AGENT_COLOUR
             pair = [Figure(reference[t], REFERENCE_COLOUR, -0.75 * camera.right), Figure(agent[t], colour, 0.75 * camera.right)]
             frames.append(stage.picture(pair, camera))
     return np.stack(frames)
@@ -225,7 +225,7 @@ def _distance(height: float, field_of_view: float) -> float:
 
 
 def save_picture(path: Path, reference: np.ndarray, agent: np.ndarray, moments: int = 7, size: tuple[int, int] = (1600, 420)) -> None:
-    """Write a PNG strip of evenly spread moments, each with the agent and, as a ghost behind it, the reference.
+    """Write a PNG strip of evenly spread moments, as ``strip`` draws them.
 
     Args:
         path: File to write.
@@ -233,6 +233,21 @@ def save_picture(path: Path, reference: np.ndarray, agent: np.ndarray, moments: 
         agent: Poses of the agent, shape (T, 50).
         moments: How many.
         size: Width and height [pixels].
+    """
+    mediapy.write_image(path, strip(reference, agent, moments, size))
+
+
+def strip(reference: np.ndarray, agent: np.ndarray, moments: int = 7, size: tuple[int, int] = (1600, 420)) -> np.ndarray:
+    """Return a picture of evenly spread moments, each with the agent and, as a ghost behind it, the reference.
+
+    Args:
+        reference: Poses of the reference, shape (T, 50).
+        agent: Poses of the agent, shape (T, 50).
+        moments: How many.
+        size: Width and height [pixels].
+
+    Returns:
+        Pixels, uint8, shape (height, width, 3).
     """
     width, height = size
     azimuth = float(heading(reference[0, 3:7])) + _VIEW
@@ -244,7 +259,7 @@ def save_picture(path: Path, reference: np.ndarray, agent: np.ndarray, moments: 
         figures.append(Figure(agent[t], AGENT_COLOUR, shift))
         figures.append(Figure(reference[t], (*REFERENCE_COLOUR[:3], GHOST_ALPHA), shift))
     with Stage(width, height, _STRIP_FIELD, shadow_radius=0.6 * spacing * moments, fine=True) as stage:
-        mediapy.write_image(path, stage.picture(figures, camera))
+        return stage.picture(figures, camera)
 
 
 def encode_mp4(frames: np.ndarray, fps: float = VIDEO_FPS) -> bytes:

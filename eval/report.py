@@ -22,6 +22,7 @@ from eval.run import Run, load_run
 from eval.tested_clips import TestedClips, choose_clips
 from eval.tracking import summarise
 from eval.training_curves import read_curves
+from eval.typical import typical_course
 from trainers.ppo_config import RECONSTRUCTED
 from trainers.run_log import make_console
 
@@ -58,7 +59,8 @@ def evaluate(run: Run, out: Path, motions: list[str] | None, console: Console) -
     videos = film(recorded, console)
     report = make_report(run, tested, recorded, suited, time.monotonic() - begin)
     figures = {"survival": survival(recorded.tracking, suited.tracking), "by_clip": by_clip(report["clips"])}
-    page = make_page(report, figures, training(read_curves(run.folder)), videos, notices_of(run, tested, videos))
+    course = typical_course(suited, tested.truths) or typical_course(recorded, None)
+    page = make_page(report, figures, training(read_curves(run.folder)), course, videos, notices_of(run, tested, videos))
     text = json.dumps(report, indent=1, allow_nan=False)
     out.mkdir(parents=True, exist_ok=True)
     write_whole(out / "report.json", text + "\n")

@@ -1,12 +1,12 @@
 """Puts a report's numbers, plots and videos onto one page that needs no network."""
 
-import base64
 from typing import Any, NamedTuple
 
 from omegaconf import OmegaConf
 
 from eval.films import Video
 from eval.page import render_page
+from eval.typical import Course
 
 
 class Metric(NamedTuple):
@@ -41,30 +41,34 @@ ARTEFACTS = {
 }
 
 
-def make_page(report: dict[str, Any], figures: dict[str, Any], training: list[Any], videos: list[Video], notices: list[str]) -> str:
+def shown(*sides: dict[str, float]) -> dict[str, Metric]:
+    """Return the artefacts of which any side has a value."""
+    return {name: metric for name, metric in ARTEFACTS.items() if any(name in side for side in sides)}
+
+
+def make_page(
+    report: dict[str, Any], figures: dict[str, Any], training: list[Any], course: Course | None, videos: list[Video], notices: list[str]
+) -> str:
     """Return the page as HTML.
 
     Args:
         report: What ``report.json`` holds.
         figures: Plots by name: ``survival`` and ``by_clip``.
         training: Plots of the training as (heading, how to read it, figure).
+        course: Artefacts over time of a typical performance, None if there is none.
         videos: Films, possibly none.
         notices: What a reader must know before the numbers.
     """
     return render_page(
         "report.html.j2",
-        {"video": _video},
+        {},
         report=report,
         figures=figures,
         training=training,
+        course=course,
         videos=videos,
         notices=notices,
         tracking_metrics=TRACKING,
-        artefact_metrics=ARTEFACTS,
+        artefact_metrics=shown(report["artefacts"]["after"], report["artefacts_suit"]["after"]),
         config_yaml=OmegaConf.to_yaml(OmegaConf.create(report["config"])),
     )
-
-
-def _video(mp4: bytes) -> str:
-    """Return a video as the address that holds it whole."""
-    return "data:video/mp4;base64," + base64.b64encode(mp4).decode()

@@ -15,12 +15,14 @@ TALLEST = 2400.0  # pixels of that plot, unless there are very many clips
 Figure = dict[str, Any]
 
 
-def _figure(traces: list[dict[str, Any]], x_title: str, y_title: str, **layout: Any) -> Figure:
+def figure(traces: list[dict[str, Any]], x_title: str, y_title: str, **layout: Any) -> Figure:
+    """Return a figure of traces, its axes titled."""
     axes = {"xaxis": {"title": {"text": x_title}}, "yaxis": {"title": {"text": y_title}, "rangemode": "tozero"}}
     return {"data": traces, "layout": {**axes, **layout}}
 
 
-def _line(x: list[float], y: list[float], name: str, colour: str, dash: str = "solid") -> dict[str, Any]:
+def line(x: list[float], y: list[float], name: str, colour: str, dash: str = "solid") -> dict[str, Any]:
+    """Return a line, named in the legend; the page replaces the colour "text" by that of its text."""
     return {"type": "scatter", "mode": "lines", "x": x, "y": y, "name": name, "line": {"color": colour, "dash": dash, "width": 2}}
 
 
@@ -33,8 +35,8 @@ def survival(recorded: list[ClipTracking], suited: list[ClipTracking]) -> Figure
         for zero in (False, True) if parts else ():
             shares = [round(float(v), 4) if np.isfinite(v) else None for v in lasting(parts, zero, seconds, FPS)]
             who = "zero residual" if zero else "policy"
-            traces.append(_line(seconds.round(3).tolist(), shares, f"{who}, {name}", colour, "dot" if zero else "solid"))  # type: ignore[arg-type]
-    return _figure(traces, "time into the rollout [s]", "rollouts still running [ratio]", height=340)
+            traces.append(line(seconds.round(3).tolist(), shares, f"{who}, {name}", colour, "dot" if zero else "solid"))  # type: ignore[arg-type]
+    return figure(traces, "time into the rollout [s]", "rollouts still running [ratio]", height=340)
 
 
 def by_clip(clips: list[dict[str, Any]]) -> Figure:
@@ -59,13 +61,13 @@ def by_clip(clips: list[dict[str, Any]]) -> Figure:
         if shown:
             traces.append({"type": "bar", "orientation": "h", "name": f"policy, {name}", **bar})
             traces.append({"type": "scatter", "name": "zero residual", "legendrank": 2000, **marks})
-    figure = _figure(traces, "episode_length_ratio [ratio]", "", height=100 + height * len(clips), barmode="overlay")
-    figure["layout"]["xaxis"]["range"] = [0, 1.05]
-    figure["layout"]["yaxis"] = {
+    bars = figure(traces, "episode_length_ratio [ratio]", "", height=100 + height * len(clips), barmode="overlay")
+    bars["layout"]["xaxis"]["range"] = [0, 1.05]
+    bars["layout"]["yaxis"] = {
         "tickvals": list(range(len(clips))), "ticktext": [clip["name"] for clip in clips],
         "automargin": True, "range": [len(clips) - 0.4, -0.6], "showgrid": False,
     }  # fmt: skip
-    return figure
+    return bars
 
 
 def training(curves: dict[str, Curve]) -> list[tuple[str, str, Figure]]:
@@ -84,12 +86,12 @@ def training(curves: dict[str, Curve]) -> list[tuple[str, str, Figure]]:
     colours, found = (RECORDED, SUITED, "#6b9e5b", "#9a7fb8"), []
     for heading, reading, y_title, names in plans:
         lines = [
-            _line([x / 1e6 for x in curves[tag][0]], curves[tag][1], name, colour)
+            line([x / 1e6 for x in curves[tag][0]], curves[tag][1], name, colour)
             for (tag, name), colour in zip(names.items(), colours, strict=False)
             if tag in curves
         ]
-        for line in lines:
-            line["mode"] = "lines+markers" if len(line["x"]) < 40 else "lines"
+        for one in lines:
+            one["mode"] = "lines+markers" if len(one["x"]) < 40 else "lines"
         if lines:
-            found.append((heading, reading, _figure(lines, samples, y_title, height=300)))
+            found.append((heading, reading, figure(lines, samples, y_title, height=300)))
     return found

@@ -1,7 +1,7 @@
 """The thesis's findings on root trajectories (chapters 2 and 3) as one command: trainings, tests, rows beside its values."""
 
-import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +18,12 @@ from eval.root_scores import Scores
 from eval.root_study_page import GROUPS, NOTES
 from eval.root_study_plots import plot_all
 from eval.root_tests import FOLDERS, Takes, check_recordings, unseen_clips, wear_suits
-from eval.root_trainings import Training, train_all
 from eval.study_page import Study, summarise_seeds
 from eval.suit_study import REAL_CLIPS, WALK
+from eval.training_pool import train_all
+from eval.trainings import SUPERVISED, Training, effort, run_name
+from trainers.root_config import RootConfig
+from trainers.root_data import prepare_root_data
 from trainers.run_log import make_console
 
 TRAINED_ON = "cmu/train"
@@ -44,7 +47,7 @@ def root_study(data: Path, out: Path) -> Study:
     check_recordings(data, (TRAINED_ON, *FOLDERS, MVNX, WALK, REAL_CLIPS[-1]))
     console = make_console()
     trainings = {model.name: [_training(model, seed, data, out) for seed in range(SEEDS)] for model in MODELS}
-    train_all([run for runs in trainings.values() for run in runs], console)
+    _train([run for runs in trainings.values() for run in runs], console)
     with console.status("reading test clips"):
         clips, walk = unseen_clips(data), real_walk(data)
     takes = wear_suits(track(clips, "suits on test clips", console=console, transient=True))
@@ -53,7 +56,7 @@ def root_study(data: Path, out: Path) -> Study:
     return Study({"study": "root", "rows": rows, "findings": find(rows)}, GROUPS, plot_all(rows, takes, examined), NOTES)
 
 
-def _training(model: Model, seed: int, data: Path, out: Path) -> Training:
+def _training(model: Model, seed: int, data: Path, out: Path) -> Training[RootConfig]:
     """Return one run of a model; nothing but the run's own seed tells the seeds apart."""
     overrides = (
         *model.overrides,
@@ -63,32 +66,36 @@ def _training(model: Model, seed: int, data: Path, out: Path) -> Training:
         f"samples={SAMPLES[model.config]}",
         f"seed={seed}",
     )
-    run = Training(model.config, overrides, f"{re.sub(r'[^a-z0-9]+', '_', model.name.lower())}_{seed}", out.resolve() / "runs")
+    run = Training(SUPERVISED, model.config, overrides, run_name(model.name, seed), out.resolve() / "runs")
     every = max(1, -(-SAMPLES[model.config] // run.resolved().learner.batch // EVALUATIONS))
-    return Training(model.config, (*overrides, f"evaluate_every={every}", f"checkpoint_every={every}"), run.name, run.runs)
+    return replace(run, overrides=(*overrides, f"evaluate_every={every}", f"checkpoint_every={every}"))
 
 
-def _rows(trainings: dict[str, list[Training]], takes: Takes, walk: RealWalk, console: Console) -> tuple[list[Row], dict[str, Examined]]:
+def _train(runs: Sequence[Training[RootConfig]], console: Console) -> None:
+    """Run what is not done; its motion is prepared once, since what differs between the trainings' data is a choice from the same."""
+    if not all(run.is_done() for run in runs):
+        with console.status("preparing motion"):
+            prepare_root_data(runs[0].resolved().data, runs[0].runs / "cache", console.print)
+    train_all(runs, console)
+
+
+def _rows(
+    trainings: dict[str, list[Training[RootConfig]]], takes: Takes, walk: RealWalk, console: Console
+) -> tuple[list[Row], dict[str, Examined]]:
     """Return the rows, and by name what was measured of their first seeds."""
     rows: list[Row] = []
     examined: dict[str, Examined] = {}
     for model in track(MODELS, "testing models", console=console, transient=True):
         seeds = []
         for run in trainings[model.name]:
-            one = examine(RootModel.load(run.model)[0], model.poses, takes, walk)
+            one = examine(RootModel.load(run.network)[0], model.poses, takes, walk)
             examined.setdefault(model.name, one)
-            seeds.append(one.scores | _effort(run))
+            seeds.append(one.scores | effort(run))
         rows.append(_row(model.name, seeds, model.published) | {"config": model.config, "overrides": list(model.overrides)})
     for name, peer in peers(takes, walk).items():
         examined[name] = peer
         rows.append(_row(name, [peer.scores]))
     return rows + [_row(name, [scores]) for name, scores in walk_peers(walk).items()], examined
-
-
-def _effort(run: Training) -> Scores:
-    """Return what a training took: windows and minutes on one core."""
-    clock = run.clock()
-    return {"samples": float(clock.samples), "minutes": clock.seconds / 60.0} if clock else {}
 
 
 def _row(name: str, seeds: Sequence[Scores], published: dict[str, float] | None = None) -> Row:

@@ -8,11 +8,17 @@ from pathlib import Path
 
 from configs.command import exit_code_of
 from eval.files import check_out, write_whole
+from eval.policy_study import configuration_study, mixture_study
 from eval.root_study import root_study
 from eval.study_page import Study, study_page, study_text
 from eval.suit_study import suit_study
 
-STUDIES: dict[str, Callable[[Path, Path], Study]] = {"root": root_study, "suit": lambda data, out: Study(suit_study(data))}
+STUDIES: dict[str, Callable[[Path, Path], Study]] = {
+    "configuration": configuration_study,
+    "mixture": mixture_study,
+    "root": root_study,
+    "suit": lambda data, out: Study(suit_study(data)),
+}
 DATA = Path(__file__).parents[2] / "shared" / "data"
 
 

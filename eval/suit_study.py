@@ -19,7 +19,8 @@ from datasets.imu_suit import CALIBRATION, SENSOR_BODIES, SENSOR_RATE, START, Su
 from datasets.kinematics import body_poses, resample
 from datasets.motion import BodyMotion
 from datasets.sources import SYNTHETIC, load_clips
-from eval.artefact_metrics import artefacts, distance_local, distance_world, sole_speeds
+from eval.artefact_metrics import artefacts, distance_local, distance_world
+from eval.artefact_tracks import sole_speeds
 
 REAL_CLIPS = (
     "mit/imu/rokoko_jesse_dance.bvh",

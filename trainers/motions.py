@@ -11,12 +11,14 @@ from datasets.imu_fusion import simulate_suit
 from datasets.jumps import cut_at_jumps
 from datasets.mixture import choose_holdout, clip_weights, identity
 from datasets.motion import BodyMotion
+from datasets.mirror import mirrored
 from datasets.motion_library import MotionLibrary
 from datasets.roles import read_mapping
-from datasets.sources import ROUGH_GROUND_KINDS, load_recordings
+from datasets.sources import ROUGH_GROUND_KINDS, SYNTHETIC, Recorded, load_clips, load_recordings
+from envs.feed_forward import with_feed_forward
 from trainers.fingerprint import fingerprint
 from trainers.motion_cache import read_prepared, write_prepared
-from trainers.ppo_config import RECONSTRUCTED, DataConfig
+from trainers.ppo_config import CLEAN, RECONSTRUCTED, DataConfig
 from trainers.roots import FAULTY_SYSTEMS, Roots
 
 SHORTEST = 1.0  # s; from less nothing can be learnt
@@ -76,6 +78,8 @@ def build_library(config: DataConfig, say: Callable[[str], None]) -> MotionLibra
     """Return all clips of a source with their simulated suit recordings, packed."""
     mapping = read_mapping(config.mapping) if config.mapping else None
     recorded = load_recordings(config.motions, mapping, seed=config.seed)
+    for made_up in range(1, config.synthetic + 1):
+        recorded += [Recorded(replace(clip, name=f"{clip.name}_{made_up}")) for clip in load_clips(SYNTHETIC, seed=config.seed + made_up)]
     level = [one for one in recorded if one.clip.kind not in ROUGH_GROUND_KINDS and one.clip.seconds >= SHORTEST]
     roots = Roots(config.roots == RECONSTRUCTED, say)
     usable = [part for clip in roots.of_recordings(level)[0] for part in cut_at_jumps(clip) if part.seconds >= SHORTEST]
@@ -89,7 +93,10 @@ def build_library(config: DataConfig, say: Callable[[str], None]) -> MotionLibra
     if suited:
         by = "Root3D" if roots.reconstructed else "the suit's software"
         say(f"{len(suited)} recordings through simulated IMU suits of severity {config.suit_severity:g}, roots by {by}")
-    return MotionLibrary.of([*usable, *suited], [*usable, *truths])
+    clips, clean = [*usable, *suited], [*usable, *truths]
+    if config.mirror:
+        clips, clean = ([*part, *map(mirrored, part)] for part in (clips, clean))
+    return with_feed_forward(MotionLibrary.of(clips, clean, config.rewarded == CLEAN))
 
 
 def wear_suits(clips: list[BodyMotion], config: DataConfig, roots: Roots) -> tuple[list[BodyMotion], list[BodyMotion]]:

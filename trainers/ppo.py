@@ -43,7 +43,7 @@ def train(config: PpoConfig, resume: bool) -> Path:
         stop = Stop(log.say)  # after Ray, which listens to the same signals
         while clock.progress(config) < 1.0 and not stop.asked:
             begin, progress = time.monotonic(), clock.progress(config)
-            rollouts = pool.collect(learner.weights(), learner.sigma(progress))
+            rollouts = pool.collect(learner.weights(), learner.sigma(progress), config.collect.assist * max(1.0 - 2.0 * progress, 0.0))
             collected = time.monotonic()
             diagnostics = learner.update(rollouts, progress)
             spent = time.monotonic() - begin

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from configs.errors import require
 from envs.mimic_spec import MimicSpec
 
-RECONSTRUCTED = "reconstructed"
+RECONSTRUCTED, CLEAN = "reconstructed", "clean"
 
 
 @dataclass(frozen=True)
@@ -14,20 +14,26 @@ class DataConfig:
 
     Attributes:
         motions: Motion source: a BVH or MVNX file, a folder of them, or "synthetic".
+        synthetic: Sets of made-up people beside the source, of four people each.
         mapping: File that names the joints of a skeleton whose joints cannot be found; none if empty.
         suit_clips: How many simulated IMU-suit recordings are made of each clip.
         suit_share: Share of the episodes that follow a simulated suit's clip instead of a clip as recorded.
         suit_severity: How bad the suits are: 0 perfect, 1 as in the literature.
+        rewarded: Of a pair, what a simulated suit made of a clip and the clip itself: "observed", the suit's, as in the thesis, or "clean".
+        mirror: Whether all clips are there a second time, left and right exchanged.
         roots: Of suits' clips and of clips without one: "recorded" as suit and file say, or "reconstructed" by the shipped root models.
         holdout: Performer kept out of training for model selection; "auto" picks one, "none" selects on the training clips.
         seed: Of everything random in the motion.
     """
 
     motions: str = "synthetic"
+    synthetic: int = 0
     mapping: str = ""
     suit_clips: int = 1
     suit_share: float = 0.5
     suit_severity: float = 1.0
+    rewarded: str = "observed"
+    mirror: bool = False
     roots: str = "recorded"
     holdout: str = "auto"
     seed: int = 0
@@ -36,6 +42,8 @@ class DataConfig:
         """Check the values."""
         require(0.0 <= self.suit_share <= 1.0, "data.suit_share", self.suit_share, "from 0 to 1")
         require(self.roots in ("recorded", RECONSTRUCTED), "data.roots", f"'{self.roots}'", f"recorded or {RECONSTRUCTED}")
+        require(self.rewarded in ("observed", CLEAN), "data.rewarded", f"'{self.rewarded}'", f"observed or {CLEAN}")
+        require(self.synthetic >= 0, "data.synthetic", self.synthetic, "0 or more")
         require(self.suit_clips >= 0, "data.suit_clips", self.suit_clips, "0 or more")
         require(self.suit_severity >= 0.0, "data.suit_severity", self.suit_severity, "0 or more")
 
@@ -68,6 +76,7 @@ class CollectConfig:
         envs: Worlds of each actor.
         threads: Native threads of each actor that step its worlds.
         horizon: Steps of each world in a rollout.
+        assist: Largest force of an invisible hand that leads the root at the start [body weights]; it is gone halfway through.
         address: Ray cluster to join, such as "auto"; a local one is started if empty.
     """
 
@@ -75,6 +84,7 @@ class CollectConfig:
     envs: int = 4096
     threads: int = 2
     horizon: int = 16
+    assist: float = 0.0
     address: str = ""
 
     def __post_init__(self) -> None:
@@ -82,6 +92,7 @@ class CollectConfig:
         require(self.actors >= 0, "collect.actors", self.actors, "0 or more")
         for name in ("envs", "threads", "horizon"):
             require(getattr(self, name) >= 1, f"collect.{name}", getattr(self, name), "1 or more")
+        require(self.assist >= 0.0, "collect.assist", self.assist, "0 or more [body weights]")
 
 
 @dataclass(frozen=True)

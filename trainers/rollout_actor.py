@@ -44,8 +44,15 @@ class RolloutActor:
         torch.set_num_threads(config.collect.threads)
 
     @torch.inference_mode()
-    def collect(self, weights: dict[str, torch.Tensor], sigma: float) -> Rollout:
-        """Return one rollout of the policy with the given weights and standard deviation of its actions."""
+    def collect(self, weights: dict[str, torch.Tensor], sigma: float, assist: float) -> Rollout:
+        """Return one rollout of the policy.
+
+        Args:
+            weights: Of the policy.
+            sigma: Standard deviation of its actions.
+            assist: Largest force of the invisible hand [body weights].
+        """
+        self.env.assist = assist
         self.policy.load_state_dict(weights)
         steps: dict[str, list[np.ndarray]] = {key: [] for key in Rollout._fields[:6]}
         cut_short: list[np.ndarray] = []

@@ -38,12 +38,12 @@ class RolloutPool:
         self._actors: list[Any] = [remote.remote(config, i, clips, stored, fps, weights) for i in range(config.collect.actors)]
         self._ray.get([actor.get_state.remote() for actor in self._actors[:1]])  # raise what building it raised
 
-    def collect(self, weights: dict[str, torch.Tensor], sigma: float) -> list[Rollout]:
-        """Return one rollout of every collector."""
+    def collect(self, weights: dict[str, torch.Tensor], sigma: float, assist: float = 0.0) -> list[Rollout]:
+        """Return one rollout of every collector; the arguments are those of ``RolloutActor.collect``."""
         if self._ray is None:
-            return [self._local.collect(weights, sigma)]
+            return [self._local.collect(weights, sigma, assist)]
         sent = self._ray.put(weights)
-        return self._ray.get([actor.collect.remote(sent, sigma) for actor in self._actors])
+        return self._ray.get([actor.collect.remote(sent, sigma, assist) for actor in self._actors])
 
     def get_state(self) -> dict[str, Any]:
         """Return the state of every collector."""

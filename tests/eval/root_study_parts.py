@@ -9,10 +9,11 @@ from configs.load import save_config
 from datasets.imu_suit import SENSOR_BODIES
 from datasets.motion import BodyMotion
 from eval.root_tests import Take
-from eval.root_trainings import Training
+from eval.trainings import Training
 from tests.builders import STANDING, posed
 from trainers.checkpoint import save_checkpoint
 from trainers.progress import Clock
+from trainers.root_config import RootConfig
 
 
 def gliding(name: str, kind: str, velocity: tuple[float, float, float], seconds: float = 3.0, system: str = "optical") -> BodyMotion:
@@ -28,9 +29,9 @@ def take(clip: BodyMotion) -> Take:
     return Take(clip, clip, np.zeros((len(clip), len(SENSOR_BODIES), 3)))
 
 
-def leave(training: Training, samples: int) -> None:
+def leave(training: Training[RootConfig], samples: int) -> None:
     """Leave what a run leaves after so many windows."""
     (training.folder / "best").mkdir(parents=True, exist_ok=True)
     save_config(training.resolved(), training.folder / "config.yaml")
     save_checkpoint(training.folder / "checkpoints", samples, {"clock": asdict(Clock(samples=samples, seconds=30.0))})
-    RootModel(training.resolved().model).save(training.model, {})
+    RootModel(training.resolved().model).save(training.network, {})

@@ -51,7 +51,7 @@ def test_the_reference_stands_left_and_the_agent_right_on_a_textured_ground(clip
 
 
 def test_a_lost_agent_changes_its_colour(clip: np.ndarray) -> None:
-    frames = render_pair(clip[:8], clip[:8], 60.0, lost_from=4, size=SIZE)
+    frames = render_pair(clip[:8], clip[:8], 60.0, lost=np.arange(8) >= 4, size=SIZE)
     assert share_of(LOST_COLOUR, frames[1]) < 0.001  # frame 2 of the clip
     assert share_of(LOST_COLOUR, frames[2]) > 0.01  # frame 4
     assert share_of(AGENT_COLOUR, frames[2]) < 0.001

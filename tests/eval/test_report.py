@@ -20,6 +20,7 @@ from datasets.motion_library import ClipInfo, MotionLibrary
 from datasets.sources import Recorded
 from envs.mimic_spec import MimicSpec
 from eval import films, report, tested_clips
+from eval.artefact_plots import PANELS
 from eval.examine import Track
 from eval.performance import Comparison, Performance, as_motion, compare, mean_over_clips, perform, weighted_mean
 from eval.render import can_render, poses, render_pair
@@ -108,12 +109,14 @@ def test_shares_of_running_rollouts() -> None:
 
 
 def test_artefacts_are_weighted_by_frames_in_a_clip_and_equally_over_clips() -> None:
-    windows = [Comparison({"jitter": 1.0}, {"jitter": 5.0}, 100), Comparison({"jitter": 4.0}, {"jitter": 8.0}, 200)]
+    windows = [Comparison({"jitter": 1.0}, {"jitter": 5.0}, {}, 100), Comparison({"jitter": 4.0}, {"jitter": 8.0}, {}, 200)]
     clip = weighted_mean(windows)
-    assert clip == {"before": {"jitter": pytest.approx(3.0)}, "after": {"jitter": pytest.approx(7.0)}}  # (1 + 2 x 4) / 3, (5 + 2 x 8) / 3
-    over = mean_over_clips([clip, {"before": {"jitter": 1.0}, "after": {"jitter": 1.0}}])
-    assert over == {"before": {"jitter": pytest.approx(2.0)}, "after": {"jitter": pytest.approx(4.0)}}
-    assert mean_over_clips([]) == {"before": {}, "after": {}}
+    # (1 + 2 x 4) / 3, (5 + 2 x 8) / 3
+    assert clip == {"before": {"jitter": pytest.approx(3.0)}, "after": {"jitter": pytest.approx(7.0)}, "truth": {}}
+    over = mean_over_clips([clip, {"before": {"jitter": 1.0}, "after": {"jitter": 1.0}, "truth": {"jitter": 0.5}}])
+    # (3 + 1) / 2, (7 + 1) / 2; only one clip has a truth
+    assert over == {"before": {"jitter": pytest.approx(2.0)}, "after": {"jitter": pytest.approx(4.0)}, "truth": {"jitter": 0.5}}
+    assert mean_over_clips([]) == {"before": {}, "after": {}, "truth": {}}
 
 
 def test_a_performance_is_what_the_protocol_measured() -> None:
@@ -226,6 +229,7 @@ def test_the_json_has_the_keys_that_other_tools_read(written: Path) -> None:
     assert {"foot_skate", "floating", "ground_penetration", "jitter"} <= set(found["artefacts"]["before"])
     assert {"deviation_local", "deviation_world"} <= set(found["artefacts"]["after"])
     assert {"truth_error_local", "truth_error_world"} <= set(found["artefacts_suit"]["after"])
+    assert set(found["artefacts_suit"]["truth"]) == set(found["artefacts"]["before"])
     (clip,) = found["clips"]
     assert (clip["name"], clip["seconds"], clip["windows"], clip["rollouts"]) == (NAME, 2.5, 1, 20)
     assert clip["tracking"] == found["tracking"]  # there is one clip
@@ -245,7 +249,8 @@ def test_the_page_needs_no_network_and_shows_everything(written: Path) -> None:
     assert "lasts 1.00 s, under 2 s" in markup
     assert len(re.findall(r"<video", markup)) == (1 if can_render() else 0)  # of one clip the best is also the worst
     figures = [json.loads(text) for text in re.findall(r"class=\"figure\"[^>]*>(.*?)</script>", markup, flags=re.DOTALL)]
-    assert len(figures) == 3  # survival, by clip, and the one curve of the events
+    assert len(figures) == 2 + len(PANELS) + 1  # survival, by clip; artefacts over time; the one curve of the events
+    assert [line["name"] for line in figures[2]["data"]] == ["before", "after", "truth"]
     assert all("[" in figure["layout"]["xaxis"]["title"]["text"] for figure in figures)
 
 
@@ -267,7 +272,7 @@ def test_a_report_without_suited_clips_is_whole(run_folder: Path) -> None:
     recorded = Track(clips.recorded, results, [], {}, 0.0)
     found = make_report(run, clips, recorded, Track([], [], [], {}, 0.0), 1.0)
     assert found["tracking_suit"] == {}
-    assert found["artefacts"] == {"before": {}, "after": {}}
+    assert found["artefacts"] == {"before": {}, "after": {}, "truth": {}}
     assert found["by_kind"]["walk"]["tracking"]["sr90"] == {"mean": 1.0, "std": 0.0}
 
 

@@ -12,10 +12,11 @@ from datasets.imu_suit import SENSOR_BODIES
 from eval import root_scores, root_study, root_tests
 from eval.real_walk import RealWalk
 from eval.root_rows import MODELS, ROOT3D_IMU, UNET
-from eval.root_trainings import Training
 from eval.study import main
 from eval.study_page import brief, summarise_seeds
+from eval.trainings import Training
 from tests.eval.root_study_parts import gliding, leave
+from trainers.root_config import RootConfig
 
 
 def test_seeds_are_summarised_where_all_have_a_measure() -> None:
@@ -40,7 +41,7 @@ def test_seeds_differ_in_nothing_but_the_seed(tmp_path: Path) -> None:
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Make the study a matter of seconds: four short clips, one suit, models that learnt nothing, a walk that is none."""
 
-    def leave_all(trainings: list[Training], _: object) -> None:
+    def leave_all(trainings: list[Training[RootConfig]], _: object) -> None:
         for training in trainings:
             leave(training, training.resolved().samples)
 
@@ -56,7 +57,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     walk = RealWalk(clips[0], np.zeros((len(clips[0]), len(SENSOR_BODIES), 3)), clips[0].root_position, ("pelvis",))
     row = {"recording": "mvnx", "body": "head", "real_rms": 2.0, "simulated_rms": 3.0, "difference_rms": 1.0, "correlation": 0.9}
     monkeypatch.setattr(root_study, "SEEDS", 1)
-    monkeypatch.setattr(root_study, "train_all", leave_all)
+    monkeypatch.setattr(root_study, "_train", leave_all)
     monkeypatch.setattr(root_study, "check_recordings", lambda *_: None)
     monkeypatch.setattr(root_study, "unseen_clips", lambda _: clips)
     monkeypatch.setattr(root_study, "real_walk", lambda _: walk)

@@ -1,109 +1,42 @@
-"""The trainings behind the root study, started as a user would start them, as many at a time as there are cores."""
+"""Runs the trainings behind a study, as many at a time as there are cores; what was interrupted goes on."""
 
-import inspect
 import os
 import re
 import signal
 import subprocess
-import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from configs.errors import InputError
-from configs.load import load_config
-from trainers.checkpoint import load_newest
-from trainers.progress import Clock
-from trainers.root_config import RootConfig
-from trainers.root_data import prepare_root_data
+from eval.trainings import CONFIGS, Training
 
-CONFIGS = Path(inspect.getfile(load_config)).parent
 _DONE = re.compile(r"^ *([\d.]+)%", re.MULTILINE)  # in a line of a training's progress
 _EVERY_SECONDS = 0.5
-
-
-@dataclass(frozen=True)
-class Training:
-    """One run of ``trainers.supervised``.
-
-    Attributes:
-        config: File in ``configs/`` without its ending.
-        overrides: Of the config, name and folder left out.
-        name: Of the run.
-        runs: Folder of all runs, absolute.
-    """
-
-    config: str
-    overrides: tuple[str, ...]
-    name: str
-    runs: Path
-
-    @property
-    def folder(self) -> Path:
-        """Of the run."""
-        return self.runs / self.name
-
-    @property
-    def model(self) -> Path:
-        """What the run leaves."""
-        return self.folder / "best" / "model.safetensors"
-
-    def resolved(self) -> RootConfig:
-        """Return the whole config.
-
-        Raises:
-            InputError: If an override is bad.
-        """
-        return load_config(RootConfig, CONFIGS / f"{self.config}.yaml", [*self.overrides, f"name={self.name}", f"runs_dir={self.runs}"])
-
-    def clock(self) -> Clock | None:
-        """Return how far the run has come; None where there is none with this config that could go on."""
-        written = self.folder / "config.yaml"
-        newest = load_newest(self.folder / "checkpoints")
-        if newest is None or not written.is_file() or not self._is_ours(written):
-            return None
-        return Clock(**newest[0]["clock"])
-
-    def _is_ours(self, written: Path) -> bool:
-        """Return whether a run's config is this one's; one that an older version wrote may not even load."""
-        try:
-            return load_config(RootConfig, written) == self.resolved()
-        except InputError:
-            return False
-
-    def is_done(self) -> bool:
-        """Return whether the run has come to its end."""
-        clock = self.clock()
-        return clock is not None and clock.progress(self.resolved()) >= 1.0 and self.model.is_file()
-
-    def command(self) -> list[str]:
-        """Return the command line that starts the run, or goes on with it."""
-        overrides = [*self.overrides, f"name={self.name}", f"runs_dir={self.runs}"]
-        resume = ["--resume"] if self.clock() else []
-        return [sys.executable, "-m", "trainers.supervised", "--config", str(CONFIGS / f"{self.config}.yaml"), *overrides, *resume]
 
 
 @dataclass
 class _Running:
     """A training that runs."""
 
-    training: Training
+    training: Training[Any]
     process: subprocess.Popen[bytes]
     log: Path
     task: TaskID
     began: float = field(default_factory=time.monotonic)
 
 
-def train_all(trainings: Sequence[Training], console: Console) -> None:
+def train_all(trainings: Sequence[Training[Any]], console: Console) -> None:
     """Run the trainings that are not done, two cores two at a time; what they say is beside their folders in ``<name>.log``.
 
-    Motion is prepared before the first starts, so that they all find it. Asked to stop, or when one fails, those that run save
-    themselves first and go on the next time.
+    Motion should be prepared before, so that they all find it. Asked to stop, or when one fails, those that run save themselves
+    first and go on the next time.
 
     Raises:
         InputError: If a training refuses its input.
@@ -114,8 +47,6 @@ def train_all(trainings: Sequence[Training], console: Console) -> None:
     if not waiting:
         return
     waiting[0].runs.mkdir(parents=True, exist_ok=True)
-    with console.status("preparing motion"):  # once: what differs between the trainings' data is a choice from the same
-        prepare_root_data(waiting[0].resolved().data, waiting[0].runs / "cache", console.print)
     columns = TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeElapsedColumn()
     with Progress(*columns, console=console) as progress, _stopped_at_the_end(console) as running:
         whole = progress.add_task("all trainings", total=len(trainings), completed=len(trainings) - len(waiting))
@@ -133,7 +64,7 @@ def train_all(trainings: Sequence[Training], console: Console) -> None:
                     console.print(f"{one.training.name}: {time.monotonic() - one.began:.0f} s")
 
 
-def _start(training: Training, progress: Progress) -> _Running:
+def _start(training: Training[Any], progress: Progress) -> _Running:
     """Start a training in a session of its own: Ctrl-C reaches the study alone, which then stops each training once."""
     command, log = training.command(), training.runs / f"{training.name}.log"
     with log.open("wb") as file:

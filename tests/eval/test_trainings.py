@@ -1,4 +1,4 @@
-"""Trainings of the root study: started as a user would, not repeated, stopped together, refused with a word."""
+"""Trainings of a study: started as a user would, not repeated, stopped together, refused with a word."""
 
 import sys
 from collections.abc import Callable
@@ -8,25 +8,28 @@ from pathlib import Path
 import pytest
 
 from configs.errors import InputError
-from eval import root_trainings
-from eval.root_trainings import Training, train_all
+from eval import training_pool
+from eval.training_pool import train_all
+from eval.trainings import SUPERVISED, Training
 from tests.eval.root_study_parts import leave
+from trainers.root_config import RootConfig
 from trainers.run_log import make_console
+
+RootTraining = Training[RootConfig]
 
 
 @pytest.fixture
-def training(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Training:
-    """Return a training of 1000 windows whose motion needs no preparation."""
-    monkeypatch.setattr(root_trainings, "prepare_root_data", lambda *_: None)
-    return Training("planar", ("samples=1000", "data.kinds=[run,walk]"), "one", tmp_path / "runs")
+def training(tmp_path: Path) -> RootTraining:
+    """Return a training of 1000 windows."""
+    return Training(SUPERVISED, "planar", ("samples=1000", "data.kinds=[run,walk]"), "one", tmp_path / "runs")
 
 
-def runs(monkeypatch: pytest.MonkeyPatch, program: Callable[[Training], str]) -> None:
+def runs(monkeypatch: pytest.MonkeyPatch, program: Callable[[RootTraining], str]) -> None:
     """Let trainings run a program of Python in place of ``trainers.supervised``."""
     monkeypatch.setattr(Training, "command", lambda training: [sys.executable, "-c", program(training)])
 
 
-def test_a_training_is_started_as_a_user_would_and_goes_on_where_it_was(training: Training) -> None:
+def test_a_training_is_started_as_a_user_would_and_goes_on_where_it_was(training: RootTraining) -> None:
     command = training.command()
     assert command[1:4] == ["-m", "trainers.supervised", "--config"]
     assert Path(command[4]).name == "planar.yaml"
@@ -39,22 +42,22 @@ def test_a_training_is_started_as_a_user_would_and_goes_on_where_it_was(training
     assert not replace(training, overrides=("samples=1000",)).is_done()  # another config: not this training
 
 
-def test_done_trainings_are_not_repeated(training: Training, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_done_trainings_are_not_repeated(training: RootTraining, monkeypatch: pytest.MonkeyPatch) -> None:
     runs(monkeypatch, lambda _: "raise SystemExit(3)")
     leave(training, 1000)
     train_all([training], make_console())
 
 
-def test_what_a_training_refuses_is_passed_on(training: Training, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_a_training_refuses_is_passed_on(training: RootTraining, monkeypatch: pytest.MonkeyPatch) -> None:
     runs(monkeypatch, lambda _: "import sys; print('preparing'); print('error: no such motion', file=sys.stderr); sys.exit(2)")
     with pytest.raises(InputError, match=r"^training one: no such motion$"):
         train_all([training], make_console())
 
 
 def test_a_training_that_fails_stops_the_others_which_save_themselves(
-    training: Training, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    training: RootTraining, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(root_trainings.os, "cpu_count", lambda: 2)
+    monkeypatch.setattr(training_pool.os, "cpu_count", lambda: 2)
     waits = (
         "import pathlib, signal, sys, time\n"
         f"def save(*_): pathlib.Path({str(tmp_path / 'saved')!r}).touch(); sys.exit(0)\n"

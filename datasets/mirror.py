@@ -1,0 +1,20 @@
+"""Exchanges left and right of a clip: what a body can do to the left it can do to the right."""
+
+from dataclasses import replace
+
+from datasets.humanoid import NAMES
+from datasets.motion import BodyMotion
+
+# Of each body the one on the other side; bodies in the middle are their own.
+_OTHER_SIDE = [NAMES.index(f"{name[:-1]}{dict(l='r', r='l')[name[-1]]}") if name[-2:] in ("_l", "_r") else i for i, name in enumerate(NAMES)]
+
+
+def mirrored(motion: BodyMotion) -> BodyMotion:
+    """Return the clip seen in a mirror that stands along x: y becomes -y, and the sides of the body change places."""
+    # A mirror at y = 0 keeps turns about y and reverses those about x and z. At rest every body is its partner's mirror image.
+    return replace(
+        motion,
+        name=f"{motion.name}_mirrored",
+        root_position=motion.root_position * [1.0, -1.0, 1.0],
+        local_rotations=motion.local_rotations[:, _OTHER_SIDE] * [1.0, -1.0, 1.0, -1.0],
+    )

@@ -1,0 +1,90 @@
+"""Moves limbs that pass through the body out of it: the smallest change of the joints' angles, coming and going smoothly."""
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
+
+from datasets.humanoid import HINGES, NAMES, hinge_angles, local_rotations
+from datasets.motion import BodyMotion
+from envs.humanoid_mjcf import build_model
+
+# How readily hinges give way: arms sooner than legs, which stand; back, collars, head and feet keep what they mean.
+READINESS = {"upper_arm": 1.0, "forearm": 1.0, "thigh": 0.1, "shin": 0.1}
+ALLOWED = 0.004  # m, of overlap that is left: flesh gives way
+PASSES = 4  # over the clip: what smoothing takes away from a correction is asked for again
+STEPS = 8  # of a frame in a pass
+DAMPING = 1e-2  # m^2/rad^2, of the inverse: no wild turn where a joint can hardly help
+BLEND = 0.1  # s, standard deviation of the average within which corrections come and go
+
+
+def separate(motion: BodyMotion) -> BodyMotion:
+    """Return the clip with limbs that neither pass through each other nor through the trunk.
+
+    Args:
+        motion: Clip; its root, back and feet keep their rotations relative to their parents.
+
+    Source: damped least squares on the contacts of MuJoCo's collision of the posed body.
+    """
+    angles, body = hinge_angles(motion.local_rotations), _Body()
+    width, total = BLEND * motion.fps, np.zeros_like(hinge_angles(motion.local_rotations))
+    poses = np.concat([motion.root_position, motion.local_rotations[:, 0], angles], axis=1)
+    for _ in range(PASSES):
+        poses[:, 7:] = angles + total
+        away = np.stack([body.way_out(pose) for pose in poses])
+        if not away.any():
+            break
+        held = _held(away, width)
+        total += gaussian_filter1d(held, width, axis=0, mode="nearest")
+    return motion if not total.any() else replace(motion, local_rotations=_posed(motion, angles + total))
+
+
+def _held(away: np.ndarray, width: float) -> np.ndarray:
+    """Return corrections (T, 43) that last a little longer at both ends, so that smoothing leaves their peaks alone."""
+    frames = 2 * round(width) + 1
+    return maximum_filter1d(away.clip(0.0, None), frames, axis=0) - maximum_filter1d((-away).clip(0.0, None), frames, axis=0)
+
+
+def _posed(motion: BodyMotion, angles: np.ndarray) -> np.ndarray:
+    rotations = local_rotations(motion.local_rotations[:, 0], angles)
+    signs = np.where(np.sum(rotations * motion.local_rotations, axis=-1, keepdims=True) < 0.0, -1.0, 1.0)
+    return signs * rotations
+
+
+class _Body:
+    """The posed humanoid and what of it overlaps."""
+
+    def __init__(self) -> None:
+        self._model = build_model()
+        self._data = mujoco.MjData(self._model)
+        self._readiness = np.array([READINESS.get(NAMES[body].removesuffix("_l").removesuffix("_r"), 0.0) for body, _ in HINGES])
+        self._jacobians = np.zeros((2, 3, self._model.nv))
+
+    def way_out(self, pose: np.ndarray) -> np.ndarray:
+        """Return the change of the 43 hinges [rad] that ends a pose's overlaps, zero without any."""
+        data, start = self._data, pose[7:]
+        data.qpos[:] = pose
+        for _ in range(STEPS):
+            rows, depths = self._overlaps()
+            if not len(depths):
+                break
+            ready = rows * self._readiness
+            data.qpos[7:] += ready.T @ np.linalg.solve(ready @ rows.T + DAMPING * np.eye(len(rows)), depths)
+        return data.qpos[7:] - start
+
+    def _overlaps(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return how the hinges part each overlapping pair (P, 43) [m/rad], and by how much they should [m], shape (P,)."""
+        model, data = self._model, self._data
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_collision(model, data)
+        bodies = model.geom_bodyid[data.contact.geom]
+        found = np.flatnonzero(np.all(bodies > 0, axis=1) & (data.contact.dist < -ALLOWED))
+        rows = np.zeros((len(found), len(HINGES)))
+        for row, contact in zip(rows, found, strict=True):
+            for jacobian, body in zip(self._jacobians, bodies[contact], strict=True):
+                mujoco.mj_jac(model, data, jacobian, None, data.contact.pos[contact], body)
+            normal = data.contact.frame[contact, :3]  # from the first shape to the second
+            row[:] = (normal @ (self._jacobians[1] - self._jacobians[0]))[6:]
+        return rows, -data.contact.dist[found] - 0.5 * ALLOWED

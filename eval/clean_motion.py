@@ -1,0 +1,83 @@
+"""The stages of cleaning, on the 20 bodies: a root, steadiness, level ground, limbs apart, physics."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from agents.policy import Policy
+from agents.reconstruct_root import reconstruct_root
+from agents.shipped import shipped_root_model
+from datasets.foot_contacts import foot_contacts
+from datasets.imu_fusion import on_ground
+from datasets.level_ground import level_ground
+from datasets.motion import BodyMotion
+from datasets.steady import steady
+from datasets.unsupported import Span
+from envs.mimic_spec import MimicSpec
+from envs.separate import separate
+from eval.perform_clip import Performed, perform_clip, untouched
+
+SHORTEST = 60  # frames, of what is worth performing
+
+
+def give_root(clip: BodyMotion) -> BodyMotion:
+    """Return a clip whose recording did not say where the pelvis went with the root that a model gives it."""
+    return on_ground(reconstruct_root(shipped_root_model("root3d_pose"), clip))
+
+
+def repair(clip: BodyMotion, elsewhere: list[Span]) -> BodyMotion:
+    """Return the clip without jitter, on level ground and with limbs that do not pass through the body: what needs no physics.
+
+    Args:
+        clip: At 60 fps.
+        elsewhere: Where it is not on level ground: heights there go on as they are.
+    """
+    smooth = steady(clip)
+    frames = np.arange(len(clip))
+    ground = frames[~_inside(elsewhere, len(clip))]
+    if len(ground):
+        lower = (level_ground(smooth).root_position - smooth.root_position)[:, 2]
+        offset = np.interp(frames, ground, lower[ground])
+        smooth = replace(smooth, root_position=smooth.root_position + offset[:, None] * (0.0, 0.0, 1.0))
+    return separate(smooth)
+
+
+def perform(policy: Policy, spec: MimicSpec, clip: BodyMotion, elsewhere: list[Span], threads: int) -> Performed:
+    """Return what physics makes of a repaired clip wherever that is on level ground; feet stand by their looks where physics is not trusted.
+
+    Args:
+        policy: Trained for ``spec``.
+        spec: Variant of the task.
+        clip: At 60 fps, repaired.
+        elsewhere: Where it is not on level ground.
+        threads: Native threads.
+    """
+    edges = np.flatnonzero(np.diff(np.concat([[True], _inside(elsewhere, len(clip)), [True]]).astype(int)))
+    performed = untouched(clip)
+    for start, stop in edges.reshape(-1, 2):
+        if stop - start >= SHORTEST:
+            performed = _join(performed, perform_clip(policy, spec, clip.cut(start, stop), threads), start, stop)
+    looks = foot_contacts(performed.motion) & ~_inside(elsewhere, len(clip))[:, None]
+    contacts = np.where((performed.trust >= 0.5)[:, None], performed.contacts, looks)
+    return performed._replace(motion=separate(performed.motion), contacts=contacts)
+
+
+def _inside(spans: list[Span], frames: int) -> np.ndarray:
+    """Return which of so many frames lie in a span."""
+    inside = np.zeros(frames, dtype=bool)
+    for span in spans:
+        inside[span.start : span.stop] = True
+    return inside
+
+
+def _join(whole: Performed, part: Performed, start: int, stop: int) -> Performed:
+    """Return a clip with the frames from ``start`` to ``stop`` as they were performed, and all after them carried along."""
+    motion, contacts, trust = whole.motion, whole.contacts.copy(), whole.trust.copy()
+    root, local = motion.root_position.copy(), motion.local_rotations.copy()
+    level = np.array([1.0, 1.0, 0.0])
+    path = part.motion.root_position + level * (root[start] - part.motion.root_position[0])
+    root[stop:] += level * (path[-1] - root[stop - 1])
+    root[start:stop], local[start:stop] = path, part.motion.local_rotations
+    contacts[start:stop], trust[start:stop] = part.contacts, part.trust
+    starts = [*whole.starts, *(start + frame for frame in part.starts)]
+    return Performed(replace(motion, root_position=root, local_rotations=local), contacts, trust, starts)

@@ -1,0 +1,92 @@
+"""A BVH in, a clean BVH out: reading, the stages of ``eval.clean_motion``, and the way back to the performer's skeleton."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+
+from agents.policy import Policy
+from agents.shipped import SHIPPED_POLICY
+from datasets.bvh import Bvh
+from datasets.capture import capture
+from datasets.kinematics import resample, resample_to
+from datasets.motion import BodyMotion
+from datasets.plant_feet import plant_feet
+from datasets.retarget import retarget, retarget_again
+from datasets.roles import Mapping
+from datasets.transfer import to_bvh, transfer
+from datasets.unsupported import Span, off_the_ground
+from envs.mimic_spec import FPS, MimicSpec
+from eval.clean_motion import give_root, perform, repair
+from eval.cleaned import Cleaned
+
+KEPT = 0.05  # trust below which a frame has nothing of physics in it
+
+
+@dataclass(frozen=True)
+class Cleaner:
+    """What cleans: a policy, and on how many threads.
+
+    Attributes:
+        policy: Trained for ``spec``.
+        spec: Variant of the task.
+        threads: Native threads of the simulation.
+    """
+
+    policy: Policy
+    spec: MimicSpec
+    threads: int
+
+    @classmethod
+    def load(cls, path: Path = SHIPPED_POLICY, threads: int = 2) -> Self:
+        """Return the cleaner with the policy of a file, the package's by default.
+
+        Raises:
+            InputError: If there is no such file, or it holds no policy.
+        """
+        policy, card = Policy.load(path)
+        return cls(policy, MimicSpec(**card["task"]), threads)
+
+    def clean(self, bvh: Bvh, name: str, mapping: Mapping | None = None, truth: BodyMotion | None = None) -> tuple[Bvh, Cleaned]:
+        """Return a cleaned clip: what to write, and what is to be told of it.
+
+        Args:
+            bvh: What was read.
+            name: Of the clip, for people.
+            mapping: What is known of its joints, unit and axes.
+            truth: The clean clip behind it at 60 fps, where it is known; it is told beside the others, never used.
+
+        Raises:
+            InputError: If nothing human is found in the file.
+        """
+        retargeted = retarget(capture(bvh, name, mapping))
+        recorded = resample(retargeted.motion, FPS)
+        before = recorded if recorded.rooted else give_root(recorded)
+        elsewhere = off_the_ground(before)
+        performed = perform(self.policy, self.spec, repair(before, elsewhere), elsewhere, self.threads)
+        at_own_rate = resample_to(performed.motion, len(retargeted.motion), retargeted.motion.fps)
+        nearest = np.minimum(np.arange(len(at_own_rate)) * FPS / at_own_rate.fps + 0.5, len(before) - 1).astype(int)
+        output = plant_feet(transfer(retargeted, at_own_rate), retargeted, performed.contacts[nearest])
+        cleaned = Cleaned(
+            name,
+            before,
+            replace(resample(retarget_again(retargeted, output), FPS), name=name),
+            performed.contacts,
+            performed.trust,
+            performed.trust < KEPT,
+            tuple(start / FPS for start in performed.starts[1:]),
+            _notices(recorded, elsewhere),
+            truth,
+        )
+        return to_bvh(bvh, retargeted.capture, output), cleaned
+
+
+def _notices(recorded: BodyMotion, elsewhere: list[Span]) -> tuple[str, ...]:
+    """Return what a person should know of a clip, one line each."""
+    rootless = ["The recording does not say where the pelvis went; its path was reconstructed."] if not recorded.rooted else []
+    spans = [
+        f"Somebody {span.reason} from {span.start / FPS:.1f} s to {span.stop / FPS:.1f} s: not for feet on level ground, left to itself."
+        for span in elsewhere
+    ]
+    return (*rootless, *spans)

@@ -1,0 +1,96 @@
+"""A whole clip under physics: takes one after the other, trusted where they stay near the clip, and blended into it."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from agents.policy import Policy
+from datasets.humanoid import local_rotations
+from datasets.kinematics import body_poses
+from datasets.motion import BodyMotion
+from datasets.rotation import normalise
+from datasets.steady import steady
+from envs.mimic_spec import MimicSpec
+from eval.crowd import Crowd, Take
+from eval.ground_reaction import carried, foot_loads
+
+NEAR, FAR = 0.03, 0.09  # m, mean distance of the bodies from the clip's, roots aligned: trusted wholly up to there, not at all from there on
+ANCHOR = 1.0  # s, standard deviation of the average by which the performance is led back to the clip's path
+BLEND = 0.1  # s, standard deviation of the average over which trust comes and goes
+
+
+class Performed(NamedTuple):
+    """What became of a clip of T frames under physics.
+
+    Attributes:
+        motion: The performance where it is trusted, the clip where it is not, blended in between.
+        contacts: Whether the left and the right foot carried weight; none where physics was not trusted, shape (T, 2).
+        trust: Share of the performance in each frame, shape (T,).
+        starts: Frames at which the agent began, or began again.
+    """
+
+    motion: BodyMotion
+    contacts: np.ndarray
+    trust: np.ndarray
+    starts: list[int]
+
+
+def untouched(clip: BodyMotion) -> Performed:
+    """Return a clip that physics left alone."""
+    return Performed(clip, np.zeros((len(clip), 2), dtype=bool), np.zeros(len(clip)), [])
+
+
+def perform_clip(policy: Policy, spec: MimicSpec, clip: BodyMotion, threads: int) -> Performed:
+    """Let a crowd of humanoids perform a clip, and blend the best performance into it.
+
+    Args:
+        policy: Whose actions are searched along.
+        spec: Variant of the task that it was trained for.
+        clip: At 60 fps, on level ground.
+        threads: Native threads.
+    """
+    takes = list(Crowd(policy, spec, clip, threads).takes())
+    performance, contacts = clip, np.zeros((len(clip), 2), dtype=bool)
+    for take in takes:  # a take begins with the last frame of the one before, as the reference has it
+        performance = _insert(performance, take)
+        part = slice(take.start, take.start + len(take.poses))
+        contacts[part] = carried(foot_loads(take.poses, take.velocities, take.targets))
+    trust = _trust(performance, clip)
+    starts = [take.start for take in takes]
+    blended = steady(_blend(clip, performance, trust, starts))  # the search's noise trembles in the motors
+    return Performed(blended, contacts & (trust >= 0.5)[:, None], trust, starts)
+
+
+def _insert(clip: BodyMotion, take: Take) -> BodyMotion:
+    """Return the clip with the poses of a take in their place."""
+    root, local = clip.root_position.copy(), clip.local_rotations.copy()
+    part = slice(take.start, take.start + len(take.poses))
+    root[part], local[part] = take.poses[:, :3], local_rotations(normalise(take.poses[:, 3:7]), take.poses[:, 7:])
+    return replace(clip, root_position=root, local_rotations=local)
+
+
+def _trust(performance: BodyMotion, clip: BodyMotion) -> np.ndarray:
+    """Return how far a performance is trusted, by how near it stays to the clip, shape (T,)."""
+    error = body_poses(performance)[0] - body_poses(clip)[0]
+    away = np.linalg.norm(error - error[:, :1], axis=-1).mean(axis=-1)
+    near = np.clip((FAR - away) / (FAR - NEAR), 0.0, 1.0)
+    return gaussian_filter1d(near * near * (3.0 - 2.0 * near), BLEND * clip.fps, mode="nearest")
+
+
+def _blend(clip: BodyMotion, performance: BodyMotion, trust: np.ndarray, starts: list[int]) -> BodyMotion:
+    """Return the performance where it is trusted and the clip where it is not.
+
+    Over the ground it is steps that are blended, not places: where the performance drifted, what comes after goes on from there, and
+    all of it is led back to the clip's own path so slowly that no foot slides.
+    """
+    steps, own = (np.diff(motion.root_position, axis=0, prepend=motion.root_position[:1]) for motion in (performance, clip))
+    for start in starts:  # from one take's end to the next one's beginning is no step
+        steps[start] = own[start]
+    root = clip.root_position[0] + np.cumsum(own + trust[:, None] * (steps - own), axis=0)
+    root += gaussian_filter1d(clip.root_position - root, ANCHOR * clip.fps, axis=0, mode="nearest")
+    root[:, 2] = clip.root_position[:, 2] + trust * (performance.root_position - clip.root_position)[:, 2]
+    one, two, share = clip.local_rotations, performance.local_rotations, trust[:, None, None]
+    two = np.where(np.sum(one * two, axis=-1, keepdims=True) < 0.0, -two, two)
+    return replace(clip, root_position=root, local_rotations=normalise(one + share * (two - one)))
