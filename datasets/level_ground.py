@@ -5,12 +5,20 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from datasets.foot_contacts import foot_contacts
+from datasets.foot_contacts import foot_contacts, spans
 from datasets.humanoid import FEET
 from datasets.kinematics import body_poses, lowest_points
 from datasets.motion import BodyMotion
 
 SECONDS = 0.15  # s, over which the ground's height is smoothed: a suit's legs differ by centimetres, and the figure must not hop
+HIGH = 0.08  # m, of the body's lowest point; whoever is higher is in the air
+LONGEST_JUMP = 1.2  # s
+
+
+def hovers(motion: BodyMotion) -> bool:
+    """Return whether somebody is in the air for longer than a jump, as suits let them that do not know the root."""
+    lowest = lowest_points(*body_poses(motion)).min(axis=1)
+    return bool(np.any(np.diff(spans(lowest > HIGH), axis=1) > LONGEST_JUMP * motion.fps))
 
 
 def level_ground(motion: BodyMotion) -> BodyMotion:

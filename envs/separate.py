@@ -16,40 +16,35 @@ ALLOWED = 0.004  # m, of overlap that is left: flesh gives way
 PASSES = 4  # over the clip: what smoothing takes away from a correction is asked for again
 STEPS = 8  # of a frame in a pass
 DAMPING = 1e-2  # m^2/rad^2, of the inverse: no wild turn where a joint can hardly help
-BLEND = 0.1  # s, standard deviation of the average within which corrections come and go
+BLEND, LEG_BLEND = 0.15, 0.8  # s, within which corrections of arms and legs come and go; a leg's must not make its foot slide
+_LEGS = np.array([NAMES[body][:-2] in ("thigh", "shin") for body, _ in HINGES])
 
 
 def separate(motion: BodyMotion) -> BodyMotion:
     """Return the clip with limbs that neither pass through each other nor through the trunk.
 
     Args:
-        motion: Clip; its root, back and feet keep their rotations relative to their parents.
+        motion: Clip; its root, back and collars keep their pose.
 
     Source: damped least squares on the contacts of MuJoCo's collision of the posed body.
     """
-    angles, body = hinge_angles(motion.local_rotations), _Body()
-    width, total = BLEND * motion.fps, np.zeros_like(hinge_angles(motion.local_rotations))
-    poses = np.concat([motion.root_position, motion.local_rotations[:, 0], angles], axis=1)
+    body, apart = _Body(), motion
     for _ in range(PASSES):
-        poses[:, 7:] = angles + total
+        angles = hinge_angles(apart.local_rotations)
+        poses = np.concat([apart.root_position, apart.local_rotations[:, 0], angles], axis=1)
         away = np.stack([body.way_out(pose) for pose in poses])
         if not away.any():
             break
-        held = _held(away, width)
-        total += gaussian_filter1d(held, width, axis=0, mode="nearest")
-    return motion if not total.any() else replace(motion, local_rotations=_posed(motion, angles + total))
+        turned = angles + np.where(_LEGS, _smooth(away, LEG_BLEND * motion.fps), _smooth(away, BLEND * motion.fps))
+        apart = replace(apart, local_rotations=local_rotations(apart.local_rotations[:, 0], turned))
+    return apart
 
 
-def _held(away: np.ndarray, width: float) -> np.ndarray:
-    """Return corrections (T, 43) that last a little longer at both ends, so that smoothing leaves their peaks alone."""
+def _smooth(away: np.ndarray, width: float) -> np.ndarray:
+    """Return corrections (T, 43) that come and go within ``width`` frames; they last so much longer that their peaks stay."""
     frames = 2 * round(width) + 1
-    return maximum_filter1d(away.clip(0.0, None), frames, axis=0) - maximum_filter1d((-away).clip(0.0, None), frames, axis=0)
-
-
-def _posed(motion: BodyMotion, angles: np.ndarray) -> np.ndarray:
-    rotations = local_rotations(motion.local_rotations[:, 0], angles)
-    signs = np.where(np.sum(rotations * motion.local_rotations, axis=-1, keepdims=True) < 0.0, -1.0, 1.0)
-    return signs * rotations
+    held = maximum_filter1d(away.clip(0.0, None), frames, axis=0) - maximum_filter1d((-away).clip(0.0, None), frames, axis=0)
+    return gaussian_filter1d(held, 0.5 * width, axis=0, mode="nearest")
 
 
 class _Body:

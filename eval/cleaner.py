@@ -11,6 +11,7 @@ from agents.shipped import SHIPPED_POLICY
 from datasets.bvh import Bvh
 from datasets.capture import capture
 from datasets.kinematics import resample, resample_to
+from datasets.level_ground import hovers
 from datasets.motion import BodyMotion
 from datasets.plant_feet import plant_feet
 from datasets.retarget import retarget, retarget_again
@@ -62,7 +63,8 @@ class Cleaner:
         """
         retargeted = retarget(capture(bvh, name, mapping))
         recorded = resample(retargeted.motion, FPS)
-        before = recorded if recorded.rooted else give_root(recorded)
+        located = recorded.rooted and not hovers(recorded)
+        before = recorded if located else give_root(recorded)
         elsewhere = off_the_ground(before)
         performed = perform(self.policy, self.spec, repair(before, elsewhere), elsewhere, self.threads)
         at_own_rate = resample_to(performed.motion, len(retargeted.motion), retargeted.motion.fps)
@@ -76,15 +78,15 @@ class Cleaner:
             performed.trust,
             performed.trust < KEPT,
             tuple(start / FPS for start in performed.starts[1:]),
-            _notices(recorded, elsewhere),
+            _notices(located, elsewhere),
             truth,
         )
         return to_bvh(bvh, retargeted.capture, output), cleaned
 
 
-def _notices(recorded: BodyMotion, elsewhere: list[Span]) -> tuple[str, ...]:
+def _notices(located: bool, elsewhere: list[Span]) -> tuple[str, ...]:
     """Return what a person should know of a clip, one line each."""
-    rootless = ["The recording does not say where the pelvis went; its path was reconstructed."] if not recorded.rooted else []
+    rootless = [] if located else ["The recording does not say where the pelvis went, or lets the figure hover; its path was reconstructed."]
     spans = [
         f"Somebody {span.reason} from {span.start / FPS:.1f} s to {span.stop / FPS:.1f} s: not for feet on level ground, left to itself."
         for span in elsewhere

@@ -33,7 +33,7 @@ EVALUATIONS = 5  # of each training on its held-out performer
 COMMON = (
     "minutes=0",  # by samples alone
     "collect.actors=0", "collect.threads=1", "learner.threads=1",  # a core a training
-    "data.rewarded=observed", "data.synthetic=0", "data.mirror=false",  # as in the thesis
+    "data.rewarded=observed", "data.synthetic=0", "data.mirror=false", "task.foot_slip=0", "task.action_rate=0",  # as in the thesis
 )  # fmt: skip
 PolicyRun = Training[PpoConfig]
 Row = dict[str, Any]
@@ -74,7 +74,7 @@ def _study(name: str, variants: Sequence[Variant], find: Callable[[Sequence[Row]
     rows = _rows(variants, runs, sizes, tested, console)
     courses = {row: [read_curves(run.folder) for run in own] for row, own in runs.items()}
     table = {"study": name, "rows": rows, "findings": find(rows)}
-    return Study(table, GROUPS, plot_courses(courses), notes(steps, SEEDS, held_out, tested))
+    return Study(table, GROUPS, plot_courses(courses), notes(first, steps, SEEDS, held_out, tested))
 
 
 def _training(variant: Variant, seed: int, steps: int, motions: Path, held_out: str, out: Path) -> PolicyRun:

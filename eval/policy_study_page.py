@@ -1,13 +1,16 @@
 """How the pages of the policy studies read: groups of measures, courses of the trainings, and what a reader must know."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 
+from envs.mimic_spec import MimicSpec
 from eval.policy_clips import TRAINED_ON, UnseenClips
 from eval.policy_rows import DRECON, FULL, IMU, IMU_LARGE, MIXED, OPTICAL, OPTICAL_LARGE, OURS
 from eval.policy_scores import MEASURES, RECORDED
 from eval.report_plots import figure, line
 from eval.study_page import Group, Measure, Plot
 from eval.training_curves import Curve
+from trainers.ppo_config import PpoConfig
 
 COLOURS = {  # legible on white and on black
     MIXED: "#2f7dc8", OURS: "#2f7dc8", IMU_LARGE: "#d9541f", IMU: "#d9a51f", OPTICAL_LARGE: "#6b9e5b", OPTICAL: "#9a7fb8",
@@ -49,16 +52,18 @@ GROUPS = (
 )  # fmt: skip
 
 
-def notes(steps: int, seeds: int, held_out: str, tested: Sequence[UnseenClips]) -> tuple[str, ...]:
+def notes(config: PpoConfig, steps: int, seeds: int, held_out: str, tested: Sequence[UnseenClips]) -> tuple[str, ...]:
     """Return what a reader must know.
 
     Args:
+        config: Of the first training.
         steps: Control steps of each training.
         seeds: Trainings of each row.
         held_out: Performer who selects models.
         tested: Clips of the tests.
     """
     windows = sum(len(set(one.rollouts.window.tolist())) for one in tested if one.suited)
+    additions = [f"{key}={value}" for key, value in asdict(config.task).items() if value != getattr(MimicSpec(), key)]
     left_out = sorted({name for one in tested for name in one.too_short})
     return (
         f"Every training has {steps:,} control steps, whatever its row; every row has {seeds} seeds, which differ in the network, the "
@@ -67,8 +72,8 @@ def notes(steps: int, seeds: int, held_out: str, tested: Sequence[UnseenClips]) 
         "is the order of the rows. So small a budget shows the beginning of a training: a row that is hardly above the zero "
         "residual, the last one, has learnt too little to tell.",
         "The task and the rewards are those of the thesis: what the policy sees is what it is rewarded for. In everything that does not "
-        "tell the rows apart, they have the settings of configs/mixed.yaml: networks, a discount of 0.95, and for all rows alike the "
-        "heading frame, the observed error and height of the centre of mass and the preview. They are what learns from few samples.",
+        f"tell the rows apart, they have the settings of configs/mixed.yaml: networks of {list(config.network.hidden)}, a discount of "
+        f"{config.learner.gamma:g}, and beyond the thesis, for all rows alike, {', '.join(additions)}: what learns from few samples.",
         f"Training clips are {TRAINED_ON}, our own: nobody has the thesis's. Optical are the clips as recorded; IMU are simulated suits' "
         "recordings of the same clips, their roots by Root3D; no real IMU recording is among them. Large are all clips, the others a fixed "
         "half of their minutes. IMU + optical are both recordings of that half, drawn equally often: as many frames as either large set "

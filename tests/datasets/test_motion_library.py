@@ -35,40 +35,40 @@ def test_clips_stand_one_after_the_other() -> None:
     assert (len(library), library.fps) == (70, 60.0)
     # Row 43 is frame 3 of the second clip: 2 m/s x 3 / 60 s = 0.1 m. Row 12: 1 m/s x 12 / 60 s = 0.2 m.
     at = library.at(np.array([43, 12]))
-    assert np.allclose(at.body.pos[:, 0], [[0.1, 0, STANDING], [0.2, 0, STANDING]])
-    assert np.allclose(at.body.lin_vel, np.array([[[2.0, 0, 0]], [[1.0, 0, 0]]]), atol=1e-4)
-    assert np.allclose(at.body.com_vel, [[2, 0, 0], [1, 0, 0]], atol=1e-4)
-    assert at.body.pos.dtype == np.float32
+    assert np.allclose(at.observed.pos[:, 0], [[0.1, 0, STANDING], [0.2, 0, STANDING]])
+    assert np.allclose(at.observed.lin_vel, np.array([[[2.0, 0, 0]], [[1.0, 0, 0]]]), atol=1e-4)
+    assert np.allclose(at.observed.com_vel, [[2, 0, 0], [1, 0, 0]], atol=1e-4)
+    assert at.observed.pos.dtype == np.float32
 
 
 def test_velocities_do_not_reach_over_the_edge_of_a_clip() -> None:
     # The first clip ends 1.3 m from where the second begins; a difference across the edge would be tens of m/s.
     library = MotionLibrary.of([gliding("one", 80, 1.0), gliding("two", 30, 2.0)])
-    assert np.allclose(library.at(np.array([79, 80])).body.lin_vel[:, :, 0], [[1.0] * 20, [2.0] * 20], atol=1e-4)
+    assert np.allclose(library.at(np.array([79, 80])).observed.lin_vel[:, :, 0], [[1.0] * 20, [2.0] * 20], atol=1e-4)
 
 
 def test_turning_clip_by_hand() -> None:
     # Two degrees a frame at 60 fps are 120 degrees/s = 2.0944 rad/s about the vertical. At frame 45 it faces y.
     at = MotionLibrary.of([turned(np.arange(0.0, 180.0, 2.0))]).at(np.array([45]))
-    assert np.allclose(at.facing, [[0, 1]], atol=1e-6)
-    assert np.allclose(at.body.rot[0], np.tile(QUARTER_Z, (20, 1, 1)), atol=1e-6)
-    assert np.allclose(at.body.ang_vel[0], [0, 0, 2.0943951], atol=1e-4)
+    assert np.allclose(at.observed.facing, [[0, 1]], atol=1e-6)
+    assert np.allclose(at.rewarded.rot[0], np.tile(QUARTER_Z, (20, 1, 1)), atol=1e-6)
+    assert np.allclose(at.observed.ang_vel[0], [0, 0, 2.0943951], atol=1e-4)
     # The left hand, 0.71 out, points along -x and moves along -y at 0.71 x 2.0944 = 1.487 m/s.
     hand = NAMES.index("hand_l")
-    assert np.allclose(at.body.pos[0, hand], [-0.71, 0, STANDING + 0.47], atol=1e-5)
-    assert np.allclose(at.body.lin_vel[0, hand], [0, -1.487, 0], atol=2e-3)
+    assert np.allclose(at.observed.pos[0, hand], [-0.71, 0, STANDING + 0.47], atol=1e-5)
+    assert np.allclose(at.observed.lin_vel[0, hand], [0, -1.487, 0], atol=2e-3)
     # The tips of the axes: x points along y and moves along -x, y points along -x and moves along -y, z stands still.
-    assert np.allclose(at.axis_vel[0, hand], 2.0943951 * np.array([[-1, 0, 0], [0, -1, 0], [0, 0, 0]]), atol=1e-4)
+    assert np.allclose(at.rewarded.axis_vel[0, hand], 2.0943951 * np.array([[-1, 0, 0], [0, -1, 0], [0, 0, 0]]), atol=1e-4)
     # Relative to its parent nothing turns.
-    assert np.allclose(at.local_rot[0], np.eye(3), atol=1e-6)
+    assert np.allclose(at.rewarded.local_rot[0], np.eye(3), atol=1e-6)
 
 
 def test_local_rotation_is_relative_to_the_parent() -> None:
     at = MotionLibrary.of([posed({"forearm_l_z": 90.0}, 3)]).at(np.array([1]))
     expected = np.tile(np.eye(3), (19, 1, 1))
     expected[NAMES.index("forearm_l") - 1] = QUARTER_Z  # the hand turns with it, so not against it
-    assert np.allclose(at.local_rot[0], expected, atol=1e-6)
-    assert np.allclose(at.body.rot[0, NAMES.index("hand_l")], QUARTER_Z, atol=1e-6)
+    assert np.allclose(at.rewarded.local_rot[0], expected, atol=1e-6)
+    assert np.allclose(at.rewarded.rot[0, NAMES.index("hand_l")], QUARTER_Z, atol=1e-6)
 
 
 def test_start_state_is_what_the_engine_asks_for() -> None:
@@ -91,15 +91,15 @@ def test_start_state_is_what_the_engine_asks_for() -> None:
     assert (pose[7 + knee], vel[6 + knee]) == pytest.approx((0.6, 0.6), abs=1e-4)  # 0.5 + 0.6 x 10 / 60
     assert np.count_nonzero(np.abs(pose[7:]) > 1e-6) == 1
     at = library.at(np.array([10]))
-    assert np.allclose(at.hinges[0], pose[7:])
-    assert np.allclose(at.hinge_vel[0], vel[6:])
+    assert np.allclose(at.observed.hinges[0], pose[7:])
+    assert np.allclose(at.observed.hinge_vel[0], vel[6:])
 
 
 def test_start_is_lifted_out_of_the_ground_and_the_reference_is_not() -> None:
     # Soles 0.05 under the ground: the start stands on it. Soles 0.05 over it: the start stays there.
     low, high = (MotionLibrary.of([turned(np.zeros(3), STANDING + off)]) for off in (-0.05, 0.05))
     assert low.start_pose[0, 2] == pytest.approx(STANDING)
-    assert low.at(np.array([0])).body.pos[0, 0, 2] == pytest.approx(STANDING - 0.05)
+    assert low.at(np.array([0])).observed.pos[0, 0, 2] == pytest.approx(STANDING - 0.05)
     assert high.start_pose[0, 2] == pytest.approx(STANDING + 0.05)
 
 
@@ -110,14 +110,14 @@ def test_hinge_speeds_have_a_limit() -> None:
     hinges[3:, hinge("shin_l_y")] = np.radians(60.0)
     motion = replace(motion, local_rotations=local_rotations(motion.local_rotations[:, 0], hinges))
     library = MotionLibrary.of([motion])
-    assert library.at(np.array([2])).hinge_vel.max() == MAX_HINGE_SPEED == 20.0
+    assert library.at(np.array([2])).observed.hinge_vel.max() == MAX_HINGE_SPEED == 20.0
 
 
 def test_truth_is_the_clean_clips_root() -> None:
     clean, faulty = gliding("clean", 10, 1.0), gliding("faulty", 10, 1.6)
     at = MotionLibrary.of([clean, faulty], [clean, clean]).at(np.array([6, 16]))
     # After 6 frames: 1 m/s x 0.1 s and 1.6 m/s x 0.1 s; the truth of both is the clean one's.
-    assert np.allclose(at.body.pos[:, 0, 0], [0.1, 0.16])
+    assert np.allclose(at.observed.pos[:, 0, 0], [0.1, 0.16])
     assert np.allclose(at.truth_root[:, 0], [0.1, 0.1])
 
 
@@ -126,7 +126,7 @@ def test_selected_clips_move_up() -> None:
     part = library.select([False, True, True])
     assert [(c.name, c.start, c.frames) for c in part.clips] == [("two", 0, 30), ("three", 30, 20)]
     # Row 36 is frame 6 of the third clip: 3 m/s x 0.1 s.
-    assert part.at(np.array([36])).body.pos[0, 0, 0] == pytest.approx(0.3)
+    assert part.at(np.array([36])).observed.pos[0, 0, 0] == pytest.approx(0.3)
     assert part.start_pose[36, 0] == pytest.approx(0.3)
     assert library.select([True, True, True]) is library
 
@@ -137,19 +137,19 @@ def test_arrays_bring_the_library_back() -> None:
     rows = np.array([3, 41])
     for mine, theirs in zip(library.at(rows).body, again.at(rows).body, strict=True):
         assert np.array_equal(mine, theirs)
-    assert np.array_equal(library.at(rows).hinges, again.at(rows).hinges)
+    assert np.array_equal(library.at(rows).observed.hinges, again.at(rows).observed.hinges)
     assert np.array_equal(library.start_vel, again.start_vel)
 
 
 def test_library_is_read_only_and_lookups_are_the_callers() -> None:
     library = MotionLibrary.of([gliding("one", 4, 1.0)])
     with pytest.raises(ValueError, match="read-only"):
-        library.frames.body.pos[0, 0, 0] = 9.0
+        library.frames.observed.pos[0, 0, 0] = 9.0
     with pytest.raises(ValueError, match="read-only"):
         library.start_pose[0, 0] = 9.0
     at = library.at(np.array([0]))
-    at.body.pos[:] = 9.0
-    assert library.at(np.array([0])).body.pos[0, 0, 0] == 0.0
+    at.observed.pos[:] = 9.0
+    assert library.at(np.array([0])).observed.pos[0, 0, 0] == 0.0
 
 
 def test_bad_sets_of_clips_are_refused() -> None:

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from datasets.body_state import BodyState
 from datasets.humanoid import NAMES, SKELETON, local_rotations
 from datasets.motion import BodyMotion
-from datasets.motion_library import Reference, axis_velocity
+from datasets.motion_library import Observed, Reference, Rewarded, axis_velocity
 from datasets.skeleton import forward_kinematics
 from envs.vector_env import AdaptMimicVectorEnv
 from tests.builders import STANDING, hinge, posed
@@ -42,13 +42,22 @@ def t_pose() -> BodyState:
     return BodyState(pos[None], np.tile(np.eye(3), (1, 20, 1, 1)), zeros, zeros.copy(), np.array([[0.0, 0.0, 1.0]]), np.zeros((1, 3)))
 
 
-def reference_of(state: BodyState) -> Reference:
-    """Return a reference with these bodies that faces forward; what a step needs beside them follows from them."""
-    worlds = len(state.pos)
-    local = state.rot[:, PARENTS].swapaxes(-1, -2) @ state.rot[:, 1:]
+def reference_of(state: BodyState, clean: BodyState | None = None) -> Reference:
+    """Return a reference with these bodies that faces forward, rewarded for the ``clean`` ones if they are given."""
+    return Reference(observed_of(state), rewarded_of(clean or state), state.pos[:, 0])
+
+
+def observed_of(state: BodyState) -> Observed:
+    """Return what would be observed of these bodies; no hinge is bent."""
     facing = state.rot[:, 0, :2, 0] / np.linalg.norm(state.rot[:, 0, :2, 0], axis=1, keepdims=True)
-    hinges = np.zeros((worlds, 43))
-    return Reference(state, axis_velocity(state.ang_vel, state.rot), local, facing, hinges, hinges, state.pos[:, 0])
+    hinges = np.zeros((len(state.pos), 43))
+    return Observed(state.pos, state.lin_vel, state.com, state.com_vel, facing, hinges, hinges)
+
+
+def rewarded_of(state: BodyState) -> Rewarded:
+    """Return what would be rewarded if these were the bodies to imitate."""
+    local = state.rot[:, PARENTS].swapaxes(-1, -2) @ state.rot[:, 1:]
+    return Rewarded(state.pos, state.rot, state.lin_vel, axis_velocity(state.ang_vel, state.rot), local)
 
 
 def random_state(seed: int, worlds: int = 7) -> BodyState:

@@ -5,10 +5,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from datasets.body_state import BodyState
-from datasets.motion_library import Reference
+from datasets.motion_library import Observed
 from envs.mimic_spec import MimicSpec
 from envs.observation import observe
-from tests.envs.states import body, random_state, reference_of, tensors
+from tests.envs.states import body, observed_of, random_state, tensors
 
 ACTION = np.linspace(-1.0, 1.0, 20)[None]
 TURN = Rotation.from_euler("z", 90, degrees=True).as_matrix()  # x goes to y, y to -x
@@ -18,14 +18,14 @@ def parts(spec: MimicSpec, observation: np.ndarray) -> dict[str, np.ndarray]:
     return {name: observation[0, where] for name, where in spec.observation_slices.items()}
 
 
-def hand_made() -> tuple[BodyState, Reference]:
+def hand_made() -> tuple[BodyState, Observed]:
     """Return an agent and a reference in which pelvis and head have numbers and all others zeros."""
     zero, eye = np.zeros((1, 20, 3)), np.tile(np.eye(3), (1, 20, 1, 1))
     agent = BodyState(zero.copy(), eye, zero.copy(), zero, np.array([[1.0, 2, 3]]), np.array([[0.1, 0.2, 0.3]]))
     target = BodyState(zero.copy(), eye, zero.copy(), zero, np.array([[1.0, 1, 1]]), np.array([[0.5, 0.5, 0.5]]))
     agent.pos[0, body("head")], target.pos[0, body("head")] = [2, 2, 5], [3, 3, 3]
     agent.lin_vel[0, 0], target.lin_vel[0, 0] = [4, 4, 9], [1, 2, 8]
-    return agent, reference_of(target)
+    return agent, observed_of(target)
 
 
 def turned(state: BodyState) -> BodyState:
@@ -72,8 +72,8 @@ def test_world_axes_turn_with_the_world() -> None:
     spec = MimicSpec(com_error=True, com_height=True, preview=(1, 2))
     agent, target = random_state(0, 1), random_state(1, 1)
     ahead = np.random.default_rng(2).normal(size=(1, 2, 20, 3))
-    before = parts(spec, observe(spec, agent, reference_of(target), ACTION, ahead))
-    after = parts(spec, observe(spec, turned(agent), reference_of(turned(target)), ACTION, ahead @ TURN.T))
+    before = parts(spec, observe(spec, agent, observed_of(target), ACTION, ahead))
+    after = parts(spec, observe(spec, turned(agent), observed_of(turned(target)), ACTION, ahead @ TURN.T))
     for name, values in before.items():
         if name in ("smoothed_action", "com_height"):
             expected = values
@@ -89,11 +89,11 @@ def test_heading_axes_do_not_see_which_way_the_world_is_turned() -> None:
     agent, target = random_state(0), random_state(1)
     ahead = np.random.default_rng(2).normal(size=(7, 2, 20, 3))
     action = np.tile(ACTION, (7, 1))
-    before = observe(spec, agent, reference_of(target), action, ahead)
-    after = observe(spec, turned(agent), reference_of(turned(target)), action, ahead @ TURN.T)
+    before = observe(spec, agent, observed_of(target), action, ahead)
+    after = observe(spec, turned(agent), observed_of(turned(target)), action, ahead @ TURN.T)
     assert np.allclose(before, after)
     assert not np.allclose(
-        before, observe(MimicSpec(com_error=True, com_height=True, preview=(1, 2)), agent, reference_of(target), action, ahead)
+        before, observe(MimicSpec(com_error=True, com_height=True, preview=(1, 2)), agent, observed_of(target), action, ahead)
     )
 
 
@@ -112,7 +112,7 @@ def test_heading_axes_by_hand() -> None:
     "spec", [MimicSpec(), MimicSpec("drecon", "heading"), MimicSpec("full", com_error=True, com_height=True, preview=(1, 4))]
 )
 def test_torch_agrees_with_numpy_and_the_size_is_the_specs(spec: MimicSpec) -> None:
-    agent, reference = random_state(3), reference_of(random_state(4))
+    agent, reference = random_state(3), observed_of(random_state(4))
     rng = np.random.default_rng(5)
     action, ahead = rng.normal(size=(7, spec.action_size)), rng.normal(size=(7, len(spec.preview), 20, 3))
     found = observe(spec, agent, reference, action, ahead if spec.preview else None)

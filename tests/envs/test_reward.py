@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from envs.reward import Reward, discount, local_pose, position, reward, velocity
-from tests.envs.states import body, random_state, reference_of, t_pose, tensors
+from tests.envs.states import body, observed_of, random_state, reference_of, rewarded_of, t_pose, tensors
 
 
 def about_z(degrees: float) -> np.ndarray:
@@ -24,35 +24,35 @@ def test_local_pose_of_one_turned_joint(radians: float) -> None:
     # A hand is a leaf, so one of 19 joints is off by the angle: exp(-2.5 angle / 19).
     agent = t_pose()
     agent.rot[0, body("hand_l")] = about_z(np.degrees(radians))
-    assert local_pose(agent, reference_of(t_pose()))[0] == pytest.approx(np.exp(-2.5 * radians / 19), rel=1e-9)
+    assert local_pose(agent, rewarded_of(t_pose()))[0] == pytest.approx(np.exp(-2.5 * radians / 19), rel=1e-9)
 
 
 def test_local_pose_counts_a_joint_on_either_side_of_a_turned_body() -> None:
     # A shin turned alone, thigh and foot where they were: knee and ankle are off by 0.3 rad each.
     agent = t_pose()
     agent.rot[0, body("shin_l")] = about_z(np.degrees(0.3))
-    assert local_pose(agent, reference_of(t_pose()))[0] == pytest.approx(np.exp(-2.5 * 0.6 / 19))
+    assert local_pose(agent, rewarded_of(t_pose()))[0] == pytest.approx(np.exp(-2.5 * 0.6 / 19))
 
 
 def test_local_pose_does_not_see_which_way_the_whole_body_faces() -> None:
     # The root is no joint.
     agent = t_pose()
     agent.rot[:] = about_z(50) @ agent.rot
-    assert local_pose(agent, reference_of(t_pose()))[0] == pytest.approx(1.0)
+    assert local_pose(agent, rewarded_of(t_pose()))[0] == pytest.approx(1.0)
 
 
 def test_position_of_a_displaced_body() -> None:
     # All six face centres are off by d = 0.5 m: 6 x 0.5 over 20 bodies.
     agent = t_pose()
     agent.pos[0, body("hand_l")] += [0.3, 0.0, 0.4]
-    assert position(agent, reference_of(t_pose()))[0] == pytest.approx(np.exp(-6 * 0.5 / 20))
+    assert position(agent, rewarded_of(t_pose()))[0] == pytest.approx(np.exp(-6 * 0.5 / 20))
 
 
 def test_position_when_every_body_but_the_root_is_displaced() -> None:
     # 19 of 20 bodies are off by 0.2 m: the nearest that eq. 4.7 comes to exp(-6 d).
     agent = t_pose()
     agent.pos[0, 1:] += [0.0, 0.2, 0.0]
-    assert position(agent, reference_of(t_pose()))[0] == pytest.approx(np.exp(-6 * 0.2 * 19 / 20))
+    assert position(agent, rewarded_of(t_pose()))[0] == pytest.approx(np.exp(-6 * 0.2 * 19 / 20))
 
 
 def test_position_is_relative_to_the_root() -> None:
@@ -60,8 +60,8 @@ def test_position_is_relative_to_the_root() -> None:
     agent, lone = t_pose(), t_pose()
     agent.pos[:] += [3.0, -2.0, 1.0]
     lone.pos[0, 0] += [0.0, 0.0, 0.1]
-    assert position(agent, reference_of(t_pose()))[0] == pytest.approx(1.0)
-    assert position(lone, reference_of(t_pose()))[0] == pytest.approx(np.exp(-6 * 0.1 * 19 / 20))
+    assert position(agent, rewarded_of(t_pose()))[0] == pytest.approx(1.0)
+    assert position(lone, rewarded_of(t_pose()))[0] == pytest.approx(np.exp(-6 * 0.1 * 19 / 20))
 
 
 def test_position_of_a_turned_body() -> None:
@@ -69,7 +69,7 @@ def test_position_of_a_turned_body() -> None:
     # z stay. 4 x 0.5 over 20 bodies.
     agent = t_pose()
     agent.rot[0, body("hand_l")] = about_z(60)
-    assert position(agent, reference_of(t_pose()))[0] == pytest.approx(np.exp(-4 * 0.5 / 20))
+    assert position(agent, rewarded_of(t_pose()))[0] == pytest.approx(np.exp(-4 * 0.5 / 20))
 
 
 def test_position_of_a_body_both_turned_and_displaced() -> None:
@@ -79,7 +79,7 @@ def test_position_of_a_body_both_turned_and_displaced() -> None:
     agent.rot[0, body("hand_l")] = about_z(180)
     agent.pos[0, body("hand_l"), 0] += 0.3
     total = 0.7 + 1.3 + 2 * 1.0440307 + 2 * 0.3
-    assert position(agent, reference_of(t_pose()))[0] == pytest.approx(np.exp(-total / 20))
+    assert position(agent, rewarded_of(t_pose()))[0] == pytest.approx(np.exp(-total / 20))
 
 
 def test_faces_turn_with_the_body_they_sit_on() -> None:
@@ -87,21 +87,21 @@ def test_faces_turn_with_the_body_they_sit_on() -> None:
     agent, target = t_pose(), t_pose()
     tilted = Rotation.from_euler("xyz", [30, -20, 70], degrees=True).as_matrix()
     agent.rot[0, body("hand_l")], target.rot[0, body("hand_l")] = tilted @ about_z(60), tilted
-    assert position(agent, reference_of(target))[0] == pytest.approx(np.exp(-4 * 0.5 / 20))
+    assert position(agent, rewarded_of(target))[0] == pytest.approx(np.exp(-4 * 0.5 / 20))
 
 
 def test_velocity_of_a_body_that_moves() -> None:
     # 2 m/s at all six face centres: 0.1 x 6 x 2 / 20.
     agent = t_pose()
     agent.lin_vel[0, body("foot_r")] = [0.0, -2.0, 0.0]
-    assert velocity(agent, reference_of(t_pose()))[0] == pytest.approx(np.exp(-0.1 * 6 * 2 / 20))
+    assert velocity(agent, rewarded_of(t_pose()))[0] == pytest.approx(np.exp(-0.1 * 6 * 2 / 20))
 
 
 def test_velocity_of_a_body_that_spins() -> None:
     # 3 rad/s about z move the face centres on x and y, 0.5 m out, at 1.5 m/s: four of them.
     agent = t_pose()
     agent.ang_vel[0, body("foot_r")] = [0.0, 0.0, 3.0]
-    assert velocity(agent, reference_of(t_pose()))[0] == pytest.approx(np.exp(-0.1 * 4 * 1.5 / 20))
+    assert velocity(agent, rewarded_of(t_pose()))[0] == pytest.approx(np.exp(-0.1 * 4 * 1.5 / 20))
 
 
 def test_velocity_of_a_body_that_spins_and_moves() -> None:
@@ -111,7 +111,7 @@ def test_velocity_of_a_body_that_spins_and_moves() -> None:
     agent.ang_vel[0, body("foot_r")] = [0.0, 0.0, 2.0]
     agent.lin_vel[0, body("foot_r")] = [0.0, 1.0, 0.0]
     total = 2 + 0 + 2 * 2**0.5 + 2 * 1
-    assert velocity(agent, reference_of(t_pose()))[0] == pytest.approx(np.exp(-0.1 * total / 20))
+    assert velocity(agent, rewarded_of(t_pose()))[0] == pytest.approx(np.exp(-0.1 * total / 20))
 
 
 def test_velocity_is_relative_to_the_root() -> None:
@@ -119,8 +119,8 @@ def test_velocity_is_relative_to_the_root() -> None:
     agent, lone = t_pose(), t_pose()
     agent.lin_vel[:] += [5.0, 0.0, 0.0]
     lone.lin_vel[0, 0] = [1.0, 0.0, 0.0]
-    assert velocity(agent, reference_of(t_pose()))[0] == pytest.approx(1.0)
-    assert velocity(lone, reference_of(t_pose()))[0] == pytest.approx(np.exp(-0.1 * 6 * 1 * 19 / 20))
+    assert velocity(agent, rewarded_of(t_pose()))[0] == pytest.approx(1.0)
+    assert velocity(lone, rewarded_of(t_pose()))[0] == pytest.approx(np.exp(-0.1 * 6 * 1 * 19 / 20))
 
 
 @pytest.mark.parametrize(("distance", "expected"), [(0.0, 1.0), (0.2, 1.0), (0.5, 0.6), (0.9, 0.04), (1.0, 0.0)])
@@ -128,7 +128,7 @@ def test_discount_of_a_lost_head(distance: float, expected: float) -> None:
     # clamp(1.3 - 1.4 d, 0, 1): 1.3 - 0.28 is cut to 1; 1.3 - 0.7 = 0.6; 1.3 - 1.26 = 0.04; 1.3 - 1.4 is cut to 0.
     agent = t_pose()
     agent.pos[0, body("head")] += distance * np.array([0.6, 0.0, 0.8])
-    assert discount(agent, t_pose())[0] == pytest.approx(expected)
+    assert discount(agent, observed_of(t_pose()))[0] == pytest.approx(expected)
 
 
 def test_discount_scales_the_sum() -> None:

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from datasets.body_state import BodyState
 from envs.reward import discount
 from envs.termination import fallen, lost
-from tests.envs.states import body, random_state, t_pose, tensors
+from tests.envs.states import body, observed_of, random_state, t_pose, tensors
 
 # Heights of the origins at which the upright shapes' lowest points would stand on the ground, z + end - radius = 0:
 # pelvis 0.02 - 0.09, spine 0.07 - 0.09, chest 0.11 - 0.11, head 0.13 - 0.10.
@@ -27,7 +27,7 @@ def test_reference_is_lost(distance: float, expected: bool) -> None:
     # 1.3 - 1.4 d < 0.025 where d > 1.275 / 1.4 = 0.910714 m.
     agent = t_pose()
     agent.pos[0, body("head"), 1] += distance
-    assert bool(lost(discount(agent, t_pose()))[0]) is expected
+    assert bool(lost(discount(agent, observed_of(t_pose())))[0]) is expected
 
 
 @pytest.mark.parametrize(

@@ -113,7 +113,7 @@ def test_targets_are_the_references_angles_and_the_residuals(
     seen: list[np.ndarray] = []
     monkeypatch.setattr(env.physics, "step", lambda targets: seen.append(targets) or np.zeros(1, dtype=bool))
     env.step(np.ones((1, task.action_size)))
-    reference = library.at(np.array([42]))  # two frames on
+    reference = library.at(np.array([42])).observed  # two frames on
     residual = np.zeros(43)
     residual[[h for h in range(43) if task.configuration == "full" or _is_key(HINGE_NAMES[h])]] = 0.2 * task.action_scale
     assert np.allclose(seen[0][0], reference.hinges[0] + HINGE_KV / HINGE_KP * reference.hinge_vel[0] + residual, atol=1e-6)
@@ -307,7 +307,7 @@ def test_preview_looks_ahead_and_stops_at_the_clips_end(library: MotionLibrary) 
     env = AdaptMimicVectorEnv(library, 1, MimicSpec(preview=(1, 5)))
     observation, _ = env.reset(options=at([1], [80]))
     ahead = observation[0, env.observation_slices["preview_body_pos"]].reshape(2, 20, 3)
-    com = library.at(np.array([480 + 80])).body.com[0]
+    com = library.at(np.array([480 + 80])).observed.com[0]
     pelvis = ahead[:, 0] + com
     assert np.allclose(pelvis[:, 0], [0.4 * 82 / 60, 0.4 * 89 / 60], atol=1e-5)
 
