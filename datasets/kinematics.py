@@ -129,8 +129,11 @@ def resample(motion: BodyMotion, fps: float) -> BodyMotion:
 
 def resample_to(motion: BodyMotion, frames: int, fps: float) -> BodyMotion:
     """Return ``frames`` frames of the clip at another rate, along cubic splines; its last pose again for instants after its end."""
-    if (motion.fps == fps and frames == len(motion)) or len(motion) < 2:
+    if (motion.fps == fps or frames == 1) and frames == len(motion):
         return replace(motion, fps=fps)
+    if len(motion) < 2:
+        still = np.repeat(motion.root_position, frames, axis=0), np.repeat(motion.local_rotations, frames, axis=0)
+        return replace(motion, root_position=still[0], local_rotations=still[1], fps=fps)
     old = np.arange(len(motion)) / motion.fps
     new = np.minimum(np.arange(frames) / fps, old[-1])
     root = CubicSpline(old, motion.root_position)(new)

@@ -6,7 +6,8 @@ from datasets.humanoid import NAMES
 from datasets.motion import BodyMotion
 
 # Of each body the one on the other side; bodies in the middle are their own.
-_OTHER_SIDE = [NAMES.index(f"{name[:-1]}{dict(l='r', r='l')[name[-1]]}") if name[-2:] in ("_l", "_r") else i for i, name in enumerate(NAMES)]
+_PARTNERS = {"_l": "_r", "_r": "_l"}
+_OTHER_SIDE = [NAMES.index(name[:-2] + _PARTNERS.get(name[-2:], name[-2:])) for name in NAMES]
 
 
 def mirrored(motion: BodyMotion) -> BodyMotion:

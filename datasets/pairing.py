@@ -6,7 +6,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from datasets.motion import BodyMotion
-from datasets.rotation import about_axis, heading, multiply, rotate
+from datasets.rotation import about_axis, conjugate, multiply, rotate
 
 SLOW = 0.5  # s, standard deviation of the averages that tell drift, which stays, from slides and jitter, which are to go
 _UP = np.array([0.0, 0.0, 1.0])
@@ -24,7 +24,9 @@ def re_anchor(truth: BodyMotion, observed: BodyMotion) -> BodyMotion:
         observed: Faulty clip of the same frames.
     """
     smooth = SLOW * truth.fps
-    lag = np.unwrap(heading(observed.local_rotations[:, 0]) - heading(truth.local_rotations[:, 0]))
+    # The twist of what lies between, not the difference of two headings: who bends down has none.
+    between = multiply(observed.local_rotations[:, 0], conjugate(truth.local_rotations[:, 0]))
+    lag = np.unwrap(2.0 * np.arctan2(between[:, 3], between[:, 0]))
     turn = about_axis(_UP, gaussian_filter1d(lag, smooth, mode="nearest"))
     # Along the turned path: each step of the truth, turned as it is made.
     steps = np.diff(truth.root_position, axis=0, prepend=truth.root_position[:1])

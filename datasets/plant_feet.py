@@ -14,7 +14,7 @@ SINKS = 0.004  # m, that the 20 bodies' foot may sink where the performer's, wit
 _ANKLES = [foot for foot, _ in FEET]
 
 
-def plant_feet(motion: Motion, retargeted: Retargeted, contacts: np.ndarray, trust: np.ndarray | None = None) -> Motion:
+def plant_feet(motion: Motion, retargeted: Retargeted, contacts: np.ndarray, level: np.ndarray) -> Motion:
     """Return the clip with feet that keep still on the ground while they stand, and are not under it.
 
     A performer's sole is that of the 20 bodies, at the performer's own ankle.
@@ -23,8 +23,7 @@ def plant_feet(motion: Motion, retargeted: Retargeted, contacts: np.ndarray, tru
         motion: Clip on the performer's skeleton, from ``transfer``.
         retargeted: The clip that it was made from.
         contacts: When the left and the right foot carry weight, shape (T, 2); their flicker is forgiven.
-        trust: How far each frame is the simulation's, whose ground is level, 0 to 1, shape (T,); in others the ground may be lower and no
-            foot is lifted. All of them unless given.
+        level: Whether the ground is level in each frame, shape (T,); elsewhere it may be lower and no foot is lifted.
 
     Returns:
         Same root, same orientation of the feet, other thighs and knees. A foot out of a leg's reach stays short of its place.
@@ -34,7 +33,7 @@ def plant_feet(motion: Motion, retargeted: Retargeted, contacts: np.ndarray, tru
     labels = [clean_labels(contacts[:, side], shortest, gap) for side in (0, 1)]
     moved = np.stack([correction(soles[:, side], labels[side], motion.fps) for side in (0, 1)], axis=1)
     lacking = np.maximum(sunk - moved[..., 2], 0.0)
-    left = np.zeros_like(lacking) if trust is None else (1.0 - trust)[:, None] * lacking
+    left = np.where(level[:, None], 0.0, lacking)
     moved[..., 2] += lacking - left
     planted = _move_feet(motion, retargeted, moved)
     _, sunk = _soles(planted, retargeted)  # toes that gave way to the ground are let go as a foot rises

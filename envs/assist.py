@@ -3,7 +3,7 @@
 import numpy as np
 
 from datasets.body_state import BodyState
-from datasets.humanoid import MASS
+from datasets.humanoid import HEAD, MASS
 from datasets.motion_library import Observed
 
 WEIGHT = 9.81 * MASS  # N
@@ -15,21 +15,24 @@ LEVER = 0.3  # m, largest torque over largest force
 def assist(agent: BodyState, observed: Observed, share: float) -> np.ndarray:
     """Return force and torque on the pelvis that lead it back to the reference's, world axes, shape (N, 6) [N, Nm].
 
-    The force leads the centre of mass; the torque turns pelvis and head upright as the reference's are.
+    The force leads the centre of mass; the torque turns the line from pelvis to head as the reference's turns.
 
     Args:
         agent: Simulated bodies.
-        observed: Reference that they should follow.
+        observed: Reference at the same instant.
         share: Largest force [body weights].
     """
     force = MASS * (PULL * (observed.com - agent.com) + BRAKE * (observed.com_vel - agent.com_vel))
-    spine, wanted = (_unit(pos[:, 3] - pos[:, 0]) for pos in (agent.pos, observed.pos))
-    torque = TURN * np.cross(spine, wanted) - SPIN_BRAKE * agent.ang_vel[:, 0] * [1.0, 1.0, 0.0]
+    (spine, turns), (wanted, should_turn) = _spine(agent), _spine(observed)
+    torque = TURN * np.cross(spine, wanted) + SPIN_BRAKE * (should_turn - turns)
     return np.concat([_shorten(force, share * WEIGHT), _shorten(torque, share * WEIGHT * LEVER)], axis=1)
 
 
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+def _spine(bodies: BodyState | Observed) -> tuple[np.ndarray, np.ndarray]:
+    """Return the direction from pelvis to head (N, 3), and how fast it turns (N, 3) [rad/s]."""
+    spine, speed = bodies.pos[:, HEAD] - bodies.pos[:, 0], bodies.lin_vel[:, HEAD] - bodies.lin_vel[:, 0]
+    length = np.linalg.norm(spine, axis=1, keepdims=True)
+    return spine / length, np.cross(spine, speed) / length**2
 
 
 def _shorten(vectors: np.ndarray, limit: float) -> np.ndarray:

@@ -5,8 +5,6 @@ swings lags behind. The torques of a clip can be worked out beforehand; told to 
 the policy what cannot be: balance.
 """
 
-from dataclasses import replace
-
 import mujoco
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -31,7 +29,7 @@ def with_feed_forward(library: MotionLibrary) -> MotionLibrary:
     """Return the library with the angles that ``feed_forward`` finds for each clip."""
     parts = [slice(clip.start, clip.start + clip.frames) for clip in library.clips]
     found = [feed_forward(library.start_pose[part], library.start_vel[part], library.fps) for part in parts]
-    return replace(library, feed_forward=np.concat(found).astype(np.float32))
+    return type(library).from_arrays(library.clips, library.arrays() | {"feed_forward": np.concat(found).astype(np.float32)}, library.fps)
 
 
 def feed_forward(poses: np.ndarray, velocities: np.ndarray, fps: float) -> np.ndarray:

@@ -132,11 +132,11 @@ class AdaptMimicVectorEnv(VectorEnv):
         if np.isnan(newest).any():
             raise ValueError("actions hold numbers that are not finite, should be from -1 to 1")
         before, self._action = self._action, self.task.smoothing * newest + (1.0 - self.task.smoothing) * self._action
+        if self.assist or self._held:  # a force acts until another is told
+            self.physics.hold_root(assist(self.physics.bodies(), self.library.at(self._row).observed, self.assist))
+            self._held = self.assist > 0.0
         self._row = np.minimum(self._row + FRAMES_PER_STEP, self._clip_end[self._clip])  # a world left ended holds the last frame
         reference = self.library.at(self._row)
-        if self.assist or self._held:  # a force acts until another is told
-            self.physics.hold_root(assist(self.physics.bodies(), reference.observed, self.assist))
-            self._held = self.assist > 0.0
         failed = self.physics.step(self._targets(reference.observed))
         agent = self.physics.bodies()
         terms = reward(agent, reference)
@@ -181,6 +181,7 @@ class AdaptMimicVectorEnv(VectorEnv):
     def set_state(self, state: dict[str, Any]) -> np.ndarray:
         """Go back to a state that ``get_state`` returned; return the observations (N, O) there."""
         self.physics.set_state(state["physics"])
+        self._held = True  # maybe: forces are part of the state
         self._clip, self._first, self._row, self._last = state["clocks"].copy()
         self._anchor, self._action = state["anchor"].copy(), state["action"].copy()
         self._metrics.sums[:] = state["sums"]

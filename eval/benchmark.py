@@ -12,12 +12,17 @@ from rich.progress import Progress
 from configs.command import exit_code_of
 from configs.errors import InputError
 from datasets.sources import SYNTHETIC
+from eval.benchmark_clean import benchmark_clean
 from eval.benchmark_env import benchmark_env
 from eval.benchmark_root import benchmark_root
 from eval.files import write_whole
 from eval.speed import Speed
 
-BENCHMARKS: dict[str, Callable[[str, int, Callable[[], None]], Speed]] = {"env": benchmark_env, "root": benchmark_root}
+BENCHMARKS: dict[str, Callable[[str, int, Callable[[], None]], Speed]] = {
+    "clean": benchmark_clean,
+    "env": benchmark_env,
+    "root": benchmark_root,
+}
 
 
 def main(arguments: list[str] | None = None) -> int:

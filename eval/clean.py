@@ -5,9 +5,9 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import torch
+from rich.markup import escape
 
 from agents.shipped import SHIPPED_POLICY
 from configs.command import exit_code_of
@@ -33,17 +33,21 @@ def clips_of(source: Path, target: Path) -> Iterator[tuple[Path, Path]]:
     if not source.exists():
         raise InputError(f"{source}: no such file or folder; name a BVH file or a folder of them")
     if source.is_dir():
-        files = sorted(file for file in source.rglob("*") if file.suffix.lower() == BVH and file.is_file())
-        if not files:
-            raise InputError(f"{source}: no BVH file here or below")
         if target.is_file() or target.suffix.lower() == BVH:
             raise InputError(f"--out {target} is a file's name, should be a folder's, for the clips of {source}")
+        if target.resolve() == source.resolve():
+            raise InputError(f"--out {target} is the folder of the clips itself, should be another one")
+        found = (file for file in source.rglob("*") if file.suffix.lower() == BVH and file.is_file())
+        files = sorted(file for file in found if target.resolve() not in file.resolve().parents)  # not what was cleaned before
+        if not files:
+            raise InputError(f"{source}: no BVH file here or below")
         yield from ((file, target / file.relative_to(source)) for file in files)
         return
     if source.suffix.lower() != BVH:
         raise InputError(f"{source}: no BVH file; a clip to clean is one")
-    if target.is_dir():
-        raise InputError(f"--out {target} is a folder, should be a file's name such as {target / source.name}")
+    if target.is_dir() or target.suffix.lower() != BVH:
+        what = "a folder" if target.is_dir() else "no BVH file"
+        raise InputError(f"--out {target} is {what}, should be a file's name such as {target / source.name}")
     if target.resolve() == source.resolve():
         raise InputError(f"--out {target} is the clip itself, should be another file's name")
     yield source, target
@@ -60,25 +64,25 @@ def clean(source: Path, target: Path, report: Path | None, cleaner: Cleaner, map
     for file, out in clips:
         begin = time.monotonic()
         try:
-            with console.status(f"cleaning {file.name}"):
+            with console.status(escape(f"cleaning {file.name}")):
                 bvh, cleaned = cleaner.clean(read_bvh(file), file.stem, mapping)
         except InputError as error:
             if source.is_file():
                 raise InputError(f"{error}" if str(file) in str(error) else f"{file}: {error}") from error
-            console.print(f"{file}: {error}; left out")
+            console.print(escape(f"{file}: {error}; left out"))
             broken += 1
             continue
         out.parent.mkdir(parents=True, exist_ok=True)
         write_bvh(out, bvh)
-        console.print(_line(file, out, cleaned, time.monotonic() - begin))
+        console.print(escape(_line(file, out, cleaned, time.monotonic() - begin)))
         if report:
             page = report / file.relative_to(source).with_suffix("") if source.is_dir() else report
             with console.status("writing the report"):
                 reports[str(page.relative_to(report))] = clean_report(cleaned, page)
-            console.print(f"  report: {page / 'index.html'}")
+            console.print(escape(f"  report: {page / 'index.html'}"))
     if report and source.is_dir() and reports:
         folder_report(reports, report)
-        console.print(f"report over all clips: {report / 'index.html'}")
+        console.print(escape(f"report over all clips: {report / 'index.html'}"))
     if broken:
         raise InputError(f"{source}: {broken} of {len(clips)} files could not be cleaned, see above; the others were")
 
@@ -97,15 +101,16 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("source", type=Path, metavar="IN", help="a BVH file, or a folder of them")
     parser.add_argument("--out", type=Path, required=True, metavar="OUT", help="the clean BVH file, or the folder of them")
     parser.add_argument("--report", type=Path, metavar="DIR", help="write a page with before and after there")
-    parser.add_argument("--mapping", type=Path, metavar="FILE", help="YAML file that names joints, unit or up axis, such as 'thigh_l: LeftUpLeg'")
+    parser.add_argument("--mapping", type=Path, metavar="FILE", help="YAML that names joints, unit or up axis, as in 'thigh_l: LeftUpLeg'")
     parser.add_argument("--policy", type=Path, metavar="FILE", default=SHIPPED_POLICY, help="another policy than the package's")
     options = parser.parse_args(arguments)
     return exit_code_of(lambda: _run(options))
 
 
 def _run(options: argparse.Namespace) -> None:
+    check_out(options.out.parent)
     if options.report:
-        check_out(options.report)
+        check_out(options.report, "--report")
     torch.set_num_threads(THREADS)
     mapping = read_mapping(options.mapping) if options.mapping else None
     clean(options.source, options.out, options.report, Cleaner.load(options.policy, THREADS), mapping)

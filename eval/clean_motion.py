@@ -34,7 +34,7 @@ def repair(clip: BodyMotion, elsewhere: list[Span]) -> BodyMotion:
     """
     smooth = steady(clip)
     frames = np.arange(len(clip))
-    ground = frames[~_inside(elsewhere, len(clip))]
+    ground = frames[~inside(elsewhere, len(clip))]
     if len(ground):
         lower = (level_ground(smooth).root_position - smooth.root_position)[:, 2]
         offset = np.interp(frames, ground, lower[ground])
@@ -42,32 +42,32 @@ def repair(clip: BodyMotion, elsewhere: list[Span]) -> BodyMotion:
     return separate(smooth)
 
 
-def perform(policy: Policy, spec: MimicSpec, clip: BodyMotion, elsewhere: list[Span], threads: int) -> Performed:
-    """Return what physics makes of a repaired clip wherever that is on level ground; feet stand by their looks where physics is not trusted.
+def perform(policy: Policy | None, spec: MimicSpec, clip: BodyMotion, elsewhere: list[Span], threads: int) -> Performed:
+    """Return what physics makes of a repaired clip wherever that is on level ground.
+
+    Where physics is not trusted feet stand by their looks.
 
     Args:
-        policy: Trained for ``spec``.
+        policy: Trained for ``spec``; none to leave physics out.
         spec: Variant of the task.
         clip: At 60 fps, repaired.
         elsewhere: Where it is not on level ground.
         threads: Native threads.
     """
-    edges = np.flatnonzero(np.diff(np.concat([[True], _inside(elsewhere, len(clip)), [True]]).astype(int)))
+    edges = np.flatnonzero(np.diff(np.concat([[True], inside(elsewhere, len(clip)), [True]]).astype(int)))
     performed = untouched(clip)
     for start, stop in edges.reshape(-1, 2):
-        if stop - start >= SHORTEST:
-            performed = _join(performed, perform_clip(policy, spec, clip.cut(start, stop), threads), start, stop)
-    looks = foot_contacts(performed.motion) & ~_inside(elsewhere, len(clip))[:, None]
+        if policy is not None and stop - start >= SHORTEST:
+            part = perform_clip(policy, spec, clip.cut(start, stop), threads, (start > 0, stop < len(clip)))
+            performed = _join(performed, part, start, stop)
+    looks = foot_contacts(performed.motion) & ~inside(elsewhere, len(clip))[:, None]
     contacts = np.where((performed.trust >= 0.5)[:, None], performed.contacts, looks)
     return performed._replace(motion=separate(performed.motion), contacts=contacts)
 
 
-def _inside(spans: list[Span], frames: int) -> np.ndarray:
-    """Return which of so many frames lie in a span."""
-    inside = np.zeros(frames, dtype=bool)
-    for span in spans:
-        inside[span.start : span.stop] = True
-    return inside
+def inside(spans: list[Span], frames: int) -> np.ndarray:
+    """Return which of so many frames lie in a span, shape (frames,)."""
+    return np.isin(np.arange(frames), np.concat([np.arange(0), *(np.arange(span.start, span.stop) for span in spans)]))
 
 
 def _join(whole: Performed, part: Performed, start: int, stop: int) -> Performed:

@@ -19,8 +19,9 @@ from datasets.roles import Mapping
 from datasets.transfer import to_bvh, transfer
 from datasets.unsupported import Span, off_the_ground
 from envs.mimic_spec import FPS, MimicSpec
-from eval.clean_motion import give_root, perform, repair
+from eval.clean_motion import give_root, inside, perform, repair
 from eval.cleaned import Cleaned
+from eval.run import load_policy
 
 KEPT = 0.05  # trust below which a frame has nothing of physics in it
 
@@ -30,12 +31,12 @@ class Cleaner:
     """What cleans: a policy, and on how many threads.
 
     Attributes:
-        policy: Trained for ``spec``.
+        policy: Trained for ``spec``; none to leave physics out.
         spec: Variant of the task.
         threads: Native threads of the simulation.
     """
 
-    policy: Policy
+    policy: Policy | None
     spec: MimicSpec
     threads: int
 
@@ -46,8 +47,8 @@ class Cleaner:
         Raises:
             InputError: If there is no such file, or it holds no policy.
         """
-        policy, card = Policy.load(path)
-        return cls(policy, MimicSpec(**card["task"]), threads)
+        policy, _, spec = load_policy(path)
+        return cls(policy, spec, threads)
 
     def clean(self, bvh: Bvh, name: str, mapping: Mapping | None = None, truth: BodyMotion | None = None) -> tuple[Bvh, Cleaned]:
         """Return a cleaned clip: what to write, and what is to be told of it.
@@ -69,7 +70,8 @@ class Cleaner:
         performed = perform(self.policy, self.spec, repair(before, elsewhere), elsewhere, self.threads)
         at_own_rate = resample_to(performed.motion, len(retargeted.motion), retargeted.motion.fps)
         nearest = np.minimum(np.arange(len(at_own_rate)) * FPS / at_own_rate.fps + 0.5, len(before) - 1).astype(int)
-        output = plant_feet(transfer(retargeted, at_own_rate), retargeted, performed.contacts[nearest])
+        level = ~inside(elsewhere, len(before))
+        output = plant_feet(transfer(retargeted, at_own_rate), retargeted, performed.contacts[nearest], level[nearest])
         cleaned = Cleaned(
             name,
             before,
@@ -86,7 +88,8 @@ class Cleaner:
 
 def _notices(located: bool, elsewhere: list[Span]) -> tuple[str, ...]:
     """Return what a person should know of a clip, one line each."""
-    rootless = [] if located else ["The recording does not say where the pelvis went, or lets the figure hover; its path was reconstructed."]
+    guessed = "The recording does not say where the pelvis went, or lets the figure hover; its path was reconstructed."
+    rootless = [] if located else [guessed]
     spans = [
         f"Somebody {span.reason} from {span.start / FPS:.1f} s to {span.stop / FPS:.1f} s: not for feet on level ground, left to itself."
         for span in elsewhere

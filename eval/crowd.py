@@ -14,7 +14,7 @@ from gymnasium.vector import AutoresetMode
 
 from agents.policy import Policy
 from datasets.body_state import BodyState
-from datasets.humanoid import HEAD
+from datasets.humanoid import HEAD, HINGE_COUNT
 from datasets.motion import BodyMotion
 from datasets.motion_library import MotionLibrary, Observed
 from envs.mimic_spec import FRAMES_PER_STEP, MimicSpec
@@ -148,4 +148,5 @@ def _cut(start: int, first: np.ndarray, rounds: list[_Round], lasted: np.ndarray
         world = int(later.parents[world])
         parts.append(earlier.film[world])
     film = np.concat([first[:1], *parts[::-1]]).astype(float)
+    film[0, -HINGE_COUNT:] = film[min(1, len(film) - 1), -HINGE_COUNT:]  # nothing had been told yet
     return Take(start, *np.split(film, [50, 99], axis=1))

@@ -13,8 +13,8 @@ def write_whole(path: Path, text: str) -> None:
     temporary.replace(path)
 
 
-def check_out(out: Path) -> None:
-    """Raise before the work if its results could not be written into the folder ``out`` after it."""
+def check_out(out: Path, option: str = "--out") -> None:
+    """Raise before the work if its results could not be written into the folder ``out``, named by an ``option``, after it."""
     there = next(path for path in (out, *out.absolute().parents) if path.exists())
     if not there.is_dir() or not os.access(there, os.W_OK):
-        raise InputError(f"--out {out}: {there} is no folder that can be written to")
+        raise InputError(f"{option} {out}: {there} is no folder that can be written to")

@@ -12,13 +12,15 @@ from datasets.kinematics import body_poses
 from datasets.motion import BodyMotion
 from datasets.rotation import normalise
 from datasets.steady import steady
-from envs.mimic_spec import MimicSpec
+from envs.mimic_spec import FRAMES_PER_STEP, MimicSpec
 from eval.crowd import Crowd, Take
 from eval.ground_reaction import carried, foot_loads
 
-NEAR, FAR = 0.03, 0.09  # m, mean distance of the bodies from the clip's, roots aligned: trusted wholly up to there, not at all from there on
+# m, mean distance of the bodies from the clip's, roots aligned: trusted wholly up to the one, not at all from the other on.
+NEAR, FAR = 0.03, 0.09
 ANCHOR = 1.0  # s, standard deviation of the average by which the performance is led back to the clip's path
 BLEND = 0.1  # s, standard deviation of the average over which trust comes and goes
+SEAM = 0.25  # s, before and after each seam, in which it goes and comes: there the performance jumps, or ends
 
 
 class Performed(NamedTuple):
@@ -42,7 +44,9 @@ def untouched(clip: BodyMotion) -> Performed:
     return Performed(clip, np.zeros((len(clip), 2), dtype=bool), np.zeros(len(clip)), [])
 
 
-def perform_clip(policy: Policy, spec: MimicSpec, clip: BodyMotion, threads: int) -> Performed:
+def perform_clip(
+    policy: Policy, spec: MimicSpec, clip: BodyMotion, threads: int, joins: tuple[bool, bool] = (False, False)
+) -> Performed:
     """Let a crowd of humanoids perform a clip, and blend the best performance into it.
 
     Args:
@@ -50,17 +54,26 @@ def perform_clip(policy: Policy, spec: MimicSpec, clip: BodyMotion, threads: int
         spec: Variant of the task that it was trained for.
         clip: At 60 fps, on level ground.
         threads: Native threads.
+        joins: Whether frames that are not performed come before the clip and after it.
     """
-    takes = list(Crowd(policy, spec, clip, threads).takes())
-    performance, contacts = clip, np.zeros((len(clip), 2), dtype=bool)
+    whole = clip if len(clip) % FRAMES_PER_STEP else _lasting(clip)  # so that the last control step ends in the last frame
+    takes = list(Crowd(policy, spec, whole, threads).takes())
+    performance, contacts = whole, np.zeros((len(whole), 2), dtype=bool)
     for take in takes:  # a take begins with the last frame of the one before, as the reference has it
         performance = _insert(performance, take)
         part = slice(take.start, take.start + len(take.poses))
         contacts[part] = carried(foot_loads(take.poses, take.velocities, take.targets))
-    trust = _trust(performance, clip)
     starts = [take.start for take in takes]
-    blended = steady(_blend(clip, performance, trust, starts))  # the search's noise trembles in the motors
-    return Performed(blended, contacts & (trust >= 0.5)[:, None], trust, starts)
+    trust = _trust(performance, whole, [*starts[1:], *([-1] if joins[0] else []), *([len(clip)] if joins[1] else [])])
+    blended = steady(_blend(whole, performance, trust, starts))  # the search's noise trembles in the motors
+    frames = slice(len(clip))
+    return Performed(blended.cut(0, len(clip)), (contacts & (trust >= 0.5)[:, None])[frames], trust[frames], starts)
+
+
+def _lasting(clip: BodyMotion) -> BodyMotion:
+    """Return a clip whose last frame lasts for another one."""
+    frames = np.append(np.arange(len(clip)), len(clip) - 1)
+    return replace(clip, root_position=clip.root_position[frames], local_rotations=clip.local_rotations[frames])
 
 
 def _insert(clip: BodyMotion, take: Take) -> BodyMotion:
@@ -71,12 +84,20 @@ def _insert(clip: BodyMotion, take: Take) -> BodyMotion:
     return replace(clip, root_position=root, local_rotations=local)
 
 
-def _trust(performance: BodyMotion, clip: BodyMotion) -> np.ndarray:
-    """Return how far a performance is trusted, by how near it stays to the clip, shape (T,)."""
+def _trust(performance: BodyMotion, clip: BodyMotion, seams: list[int]) -> np.ndarray:
+    """Return how far a performance is trusted, by how near it stays to the clip and how far it is from a seam, shape (T,)."""
     error = body_poses(performance)[0] - body_poses(clip)[0]
     away = np.linalg.norm(error - error[:, :1], axis=-1).mean(axis=-1)
-    near = np.clip((FAR - away) / (FAR - NEAR), 0.0, 1.0)
-    return gaussian_filter1d(near * near * (3.0 - 2.0 * near), BLEND * clip.fps, mode="nearest")
+    trust = gaussian_filter1d(_smooth_step((FAR - away) / (FAR - NEAR)), BLEND * clip.fps, mode="nearest")
+    for seam in seams:
+        trust *= _smooth_step(np.abs(np.arange(len(clip)) - seam) / (SEAM * clip.fps))
+    return trust
+
+
+def _smooth_step(x: np.ndarray) -> np.ndarray:
+    """Return a curve that rises from 0 at zero to 1 at one, and is level beyond them."""
+    x = np.clip(x, 0.0, 1.0)
+    return x * x * (3.0 - 2.0 * x)
 
 
 def _blend(clip: BodyMotion, performance: BodyMotion, trust: np.ndarray, starts: list[int]) -> BodyMotion:

@@ -32,16 +32,26 @@ def load_run(folder: Path) -> Run:
     """
     if not folder.is_dir():
         raise InputError(f"there is no run at {folder}; python -m trainers.ppo --config configs/mixed.yaml leaves one in runs/mixed")
-    policy, card = Policy.load(folder / "best" / "policy.safetensors")
+    policy, card, spec = load_policy(folder / "best" / "policy.safetensors")
+    return Run(folder, load_config(PpoConfig, folder / "config.yaml"), policy, card, spec)
+
+
+def load_policy(path: Path) -> tuple[Policy, dict[str, Any], MimicSpec]:
+    """Return a policy, its card and the variant of the task that it was trained for.
+
+    Raises:
+        InputError: If there is none at ``path``, or none that fits this code.
+    """
+    policy, card = Policy.load(path)
     lacks = CARD - set(card)
     if lacks:
-        raise InputError(f"the policy in {folder} says nothing of its {', '.join(sorted(lacks))}; train it anew")
-    config = load_config(PpoConfig, folder / "config.yaml")
-    spec = MimicSpec(**card["task"])
+        raise InputError(f"the policy {path} says nothing of its {', '.join(sorted(lacks))}; train it anew")
+    try:
+        spec = MimicSpec(**card["task"])
+    except (TypeError, ValueError) as error:
+        raise InputError(f"the policy {path} is for another task than this code's ({error}); train it anew") from None
     needed = (spec.observation_size, spec.action_size)
     given = (policy.shape["observation_size"], policy.shape["action_size"])
     if needed != given:
-        raise InputError(
-            f"the policy in {folder} maps {given[0]} numbers to {given[1]}, its task {needed[0]} to {needed[1]}; train it anew"
-        )
-    return Run(folder, config, policy, card, spec)
+        raise InputError(f"the policy {path} maps {given[0]} numbers to {given[1]}, its task {needed[0]} to {needed[1]}; train it anew")
+    return policy, card, spec

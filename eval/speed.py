@@ -23,7 +23,7 @@ class Contender:
 
     name: str
     what: str
-    run: Callable[[], int]
+    run: Callable[[], float]
     prepare: Callable[[], None] = lambda: None
     limit: str = ""
 
@@ -91,7 +91,8 @@ class Speed:
         for one in self.contenders:
             share = f"{self.ratio(one.name, one.limit):.2f}" if one.limit else ""
             times = f"{self.ratio(self.ours, one.name):.2f}"
-            table.add_row(f"[bold]{one.name}[/]\n{one.what}", f"{self.rate(one.name):,.0f}", share, times)
+            rate = self.rate(one.name)
+            table.add_row(f"[bold]{one.name}[/]\n{one.what}", f"{rate:,.0f}" if rate >= 100.0 else f"{rate:.3g}", share, times)
         return table
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from configs.command import exit_code_of
+from eval.clean_study import clean_study
 from eval.files import check_out, write_whole
 from eval.policy_study import configuration_study, mixture_study
 from eval.root_study import root_study
@@ -14,6 +15,7 @@ from eval.study_page import Study, study_page, study_text
 from eval.suit_study import suit_study
 
 STUDIES: dict[str, Callable[[Path, Path], Study]] = {
+    "clean": clean_study,
     "configuration": configuration_study,
     "mixture": mixture_study,
     "root": root_study,
@@ -39,7 +41,7 @@ def _run(options: argparse.Namespace) -> None:
     options.out.mkdir(parents=True, exist_ok=True)
     write_whole(options.out / "study.json", text + "\n")
     write_whole(options.out / "index.html", study_page(study))
-    print(study_text(study.table, study.groups[0].measures if study.groups else ()))
+    print(study_text(study.table, *((study.groups[0].measures, study.groups[0].rows) if study.groups else ())))
     print(f"study: {options.out / 'index.html'} and {options.out / 'study.json'}")
 
 

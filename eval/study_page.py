@@ -23,11 +23,13 @@ class Group(NamedTuple):
         heading: Of the table.
         reading: How to read it, in a sentence or two.
         measures: By id.
+        rows: How the names of its rows begin.
     """
 
     heading: str
     reading: str
     measures: Mapping[str, Measure]
+    rows: tuple[str, ...] = ("",)
 
 
 class Plot(NamedTuple):
@@ -89,15 +91,16 @@ def study_page(study: Study) -> str:
     )
 
 
-def study_text(table: Mapping[str, Any], measures: Collection[str] = ()) -> str:
+def study_text(table: Mapping[str, Any], measures: Collection[str] = (), rows: tuple[str, ...] = ("",)) -> str:
     """Return a study as text: one block a row, one line a measure, then the findings.
 
     Args:
         table: What ``study.json`` holds.
         measures: Those that are shown; all if empty.
+        rows: How the names of those that are shown begin.
     """
     lines = []
-    for row in table["rows"]:
+    for row in (row for row in table["rows"] if row["name"].startswith(rows)):
         shown = [key for key in row["ours"] if not measures or key in measures]
         lines += [row["name"]] if shown else []
         for key in shown:
@@ -124,4 +127,4 @@ def _groups(study: Study) -> Sequence[Group]:
 
 
 def _rows_of(group: Group, study: Study) -> list[dict[str, Any]]:
-    return [row for row in study.table["rows"] if group.measures.keys() & row["ours"].keys()]
+    return [row for row in study.table["rows"] if row["name"].startswith(group.rows) and group.measures.keys() & row["ours"].keys()]

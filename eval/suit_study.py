@@ -176,7 +176,12 @@ def _seen(clip: BodyMotion) -> dict[str, float]:
     No truth for the real clips, so none for the others: a foot is in contact by its own height on both sides. A swinging
     foot that passes under 2 cm is then in contact too and rules ``foot_skate``; the slower foot's speed needs no contact.
     """
-    return artefacts(clip) | {"support_slide": 100.0 * float(sole_speeds(clip).min(axis=1).mean())}
+    return artefacts(clip) | {"support_slide": support_slide(clip)}
+
+
+def support_slide(clip: BodyMotion) -> float:
+    """Return the mean horizontal speed of the slower foot's lowest point [cm/s]: while one foot or the other stands, it should be zero."""
+    return 100.0 * float(sole_speeds(clip).min(axis=1).mean())
 
 
 def _with_suit(clips: list[BodyMotion]) -> tuple[list[dict[str, float]], list[dict[str, float]]]:

@@ -28,8 +28,9 @@ def fingerprint(settings: Mapping[str, object], source: str, mapping: str) -> st
         *sorted(rooms[0].glob("*.py")),
         *(rooms[1] / name for name in ("fingerprint.py", "motion_cache.py", "motions.py", "root_data.py", "roots.py")),
     ]
+    code += [rooms[1].parent / "envs" / name for name in ("feed_forward.py", "humanoid_mjcf.py")]
     code += [*sorted(WEIGHTS.parent.glob("*.py")), *sorted(WEIGHTS.glob("*.safetensors"))]  # roots may be theirs
-    digest.update(", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "torch", "vqf")).encode())
+    digest.update(", ".join(f"{name} {version(name)}" for name in ("mujoco", "numpy", "scipy", "torch", "vqf")).encode())
     for file in [*files, *code, *(path for path in [Path(mapping)] if path.is_file())]:
         digest.update(str(file.relative_to(root) if file in files and root.is_dir() else file.name).encode())
         digest.update(file.read_bytes())

@@ -31,6 +31,7 @@ class ModelSelection:
         if not len(self._rollouts.clip):
             self._library = motions.training
             self._rollouts, _ = protocol(self._library, EVERY_OFFSET)
+        self._curve: list[dict[str, float]] = Policy.load(self._file)[1].get("curve", []) if self._file.exists() else []
 
     def score(self, act: Act) -> dict[str, float]:
         """Return the mean tracking metrics of a deterministic policy."""
@@ -42,7 +43,8 @@ class ModelSelection:
         return self.score(zero_residual(self._config.task))
 
     def keep(self, policy: Policy, score: dict[str, float], clock: Clock) -> None:
-        """Write a policy, with its card, as the run's best."""
+        """Write a policy, with its card and the scores of all that were kept before, as the run's best."""
+        self._curve.append({"samples": clock.samples, "hours": clock.seconds / 3600.0, **score})
         self._file.parent.mkdir(exist_ok=True)
         policy.save(self._file, self._card(score, clock))
 
@@ -57,5 +59,6 @@ class ModelSelection:
             "holdout_metrics": score,
             "samples": clock.samples,
             "hours": clock.seconds / 3600.0,
+            "curve": self._curve,
             "code": commit_of_code(),
         }

@@ -9,9 +9,9 @@ import numpy as np
 from configs.errors import InputError
 from datasets.imu_fusion import simulate_suit
 from datasets.jumps import cut_at_jumps
+from datasets.mirror import mirrored
 from datasets.mixture import choose_holdout, clip_weights, identity
 from datasets.motion import BodyMotion
-from datasets.mirror import mirrored
 from datasets.motion_library import MotionLibrary
 from datasets.roles import read_mapping
 from datasets.sources import ROUGH_GROUND_KINDS, SYNTHETIC, Recorded, load_clips, load_recordings

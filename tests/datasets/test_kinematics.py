@@ -14,6 +14,7 @@ from datasets.kinematics import (
     linear_velocity,
     lowest_points,
     resample,
+    resample_to,
 )
 from datasets.motion import BodyMotion
 from datasets.rotation import about_axis, multiply
@@ -127,3 +128,28 @@ def test_resample_minds_no_sign_of_quaternions() -> None:
 def test_resample_to_the_same_rate_changes_nothing() -> None:
     motion = spinning(60.0, 10, 1.0)
     assert np.array_equal(resample(motion, 60.0).root_position, motion.root_position)
+
+
+def test_resample_to_so_many_frames() -> None:
+    # 31 frames at 60 fps end at 0.5 s. At 100 fps frame 50 is that instant; the two frames after it repeat the last pose.
+    motion = spinning(60.0, 31, 1.5)
+    found, wanted = resample_to(motion, 53, 100.0), spinning(100.0, 51, 1.5)
+    assert (len(found), found.fps) == (53, 100.0)
+    assert np.allclose(found.root_position[:51], wanted.root_position)
+    assert np.allclose(found.local_rotations[:51], wanted.local_rotations, atol=1e-6)
+    assert np.allclose(found.root_position[51:], motion.root_position[-1])
+    assert np.allclose(found.local_rotations[51:], motion.local_rotations[-1])
+
+
+def test_resample_to_what_it_is_changes_nothing() -> None:
+    motion = spinning(60.0, 10, 1.0)
+    assert np.array_equal(resample_to(motion, 10, 60.0).local_rotations, motion.local_rotations)
+
+
+def test_one_frame_lasts() -> None:
+    # Two frames at 120 fps are one at 60, and two again on the way back.
+    one = resample(spinning(120.0, 2, 1.0), 60.0)
+    again = resample_to(one, 2, 120.0)
+    assert (len(one), len(again), again.fps) == (1, 2, 120.0)
+    assert np.allclose(again.root_position, one.root_position)
+    assert np.array_equal(again.local_rotations[1], one.local_rotations[0])

@@ -49,10 +49,11 @@ def test_velocities_do_not_reach_over_the_edge_of_a_clip() -> None:
 
 def test_turning_clip_by_hand() -> None:
     # Two degrees a frame at 60 fps are 120 degrees/s = 2.0944 rad/s about the vertical. At frame 45 it faces y.
-    at = MotionLibrary.of([turned(np.arange(0.0, 180.0, 2.0))]).at(np.array([45]))
+    library = MotionLibrary.of([turned(np.arange(0.0, 180.0, 2.0))])
+    at = library.at(np.array([45]))
     assert np.allclose(at.observed.facing, [[0, 1]], atol=1e-6)
     assert np.allclose(at.rewarded.rot[0], np.tile(QUARTER_Z, (20, 1, 1)), atol=1e-6)
-    assert np.allclose(at.observed.ang_vel[0], [0, 0, 2.0943951], atol=1e-4)
+    assert np.allclose(library.start_vel[45, 3:6], [0, 0, 2.0943951], atol=1e-4)
     # The left hand, 0.71 out, points along -x and moves along -y at 0.71 x 2.0944 = 1.487 m/s.
     hand = NAMES.index("hand_l")
     assert np.allclose(at.observed.pos[0, hand], [-0.71, 0, STANDING + 0.47], atol=1e-5)
@@ -135,10 +136,61 @@ def test_arrays_bring_the_library_back() -> None:
     library = MotionLibrary.of([gliding("one", 40, 1.0), posed({"shin_l_y": 40.0}, 5)])
     again = MotionLibrary.from_arrays(library.clips, {name: array.copy() for name, array in library.arrays().items()}, 60.0)
     rows = np.array([3, 41])
-    for mine, theirs in zip(library.at(rows).body, again.at(rows).body, strict=True):
+    one, other = ((*at.observed, *at.rewarded, at.truth_root) for at in (library.at(rows), again.at(rows)))
+    for mine, theirs in zip(one, other, strict=True):
         assert np.array_equal(mine, theirs)
-    assert np.array_equal(library.at(rows).observed.hinges, again.at(rows).observed.hinges)
     assert np.array_equal(library.start_vel, again.start_vel)
+
+
+def test_feed_forward_travels_with_the_library() -> None:
+    library = MotionLibrary.of([gliding("one", 4, 1.0), gliding("two", 3, 2.0)])
+    assert library.feed_forward is None
+    assert library.arrays().keys() == {"table", "start_pose", "start_vel"}
+    angles = np.arange(7.0 * 43).reshape(7, 43)
+    fed = MotionLibrary.from_arrays(library.clips, library.arrays() | {"feed_forward": angles}, 60.0)
+    # Of the second clip, frames 4 to 6 of the library, the first is row 4.
+    part = fed.select([False, True]).feed_forward
+    assert part is not None
+    assert part[0, 0] == 4 * 43
+    assert np.array_equal(part, angles[4:])
+    assert np.array_equal(fed.arrays()["feed_forward"], angles)
+
+
+def faulty_pair() -> tuple[BodyMotion, BodyMotion]:
+    """Return a clean clip that glides at 1 m/s, and a faulty one that drifts by another 0.2 m/s, floats by 5 cm and bends an elbow."""
+    clean = gliding("clean", 600, 1.0)
+    root = clean.root_position + 0.2 * np.arange(600)[:, None] / 60.0 * [1.0, 0, 0] + [0.0, 0.0, 0.05]
+    return clean, replace(posed({"forearm_l_z": 90.0}, 600), root_position=root, name="faulty")
+
+
+def test_of_a_pair_the_faulty_clip_is_observed_and_the_clean_one_rewarded() -> None:
+    clean, faulty = faulty_pair()
+    at = MotionLibrary.of([faulty], [clean], paired=True).at(np.array([300]))
+    observed, rewarded = at.observed, at.rewarded
+    hand = NAMES.index("hand_l")
+    # After 5 s the faulty one is at 1.2 x 5 = 6 m; its hand, 0.25 m beyond an elbow 0.46 to the side, points along -x.
+    assert np.allclose(observed.pos[0, 0], [6.0, 0, STANDING + 0.05])
+    assert np.allclose(observed.pos[0, hand], [6.0 - 0.25, 0.46, STANDING + 0.05 + 0.47])
+    assert np.allclose(observed.lin_vel[0], [1.2, 0, 0], atol=1e-4)
+    assert observed.hinges[0, hinge("forearm_l_z")] == pytest.approx(np.pi / 2)
+    # The clean one stretches its arm and stands on the ground, and is carried along with the drift.
+    assert np.allclose(rewarded.pos[0, 0], [6.0, 0, STANDING], atol=1e-5)
+    assert np.allclose(rewarded.pos[0, hand], [6.0, 0.71, STANDING + 0.47], atol=1e-5)
+    assert np.allclose(rewarded.lin_vel[0], [1.2, 0, 0], atol=1e-4)
+    assert np.allclose(rewarded.local_rot[0], np.eye(3), atol=1e-6)
+    # The truth itself was at 5 m.
+    assert np.allclose(at.truth_root[0], [5.0, 0, STANDING])
+
+
+def test_without_pairs_what_is_observed_is_rewarded() -> None:
+    clean, faulty = faulty_pair()
+    for library, row in ((MotionLibrary.of([faulty], [clean]), 300), (MotionLibrary.of([faulty, clean], [clean, clean], paired=True), 900)):
+        at = library.at(np.array([row]))
+        assert np.array_equal(at.rewarded.pos, at.observed.pos)
+        assert np.array_equal(at.rewarded.lin_vel, at.observed.lin_vel)
+        assert np.allclose(at.truth_root[0], [5.0, 0, STANDING])
+    elbow = NAMES.index("forearm_l") - 1
+    assert np.allclose(MotionLibrary.of([faulty], [clean]).at(np.array([300])).rewarded.local_rot[0, elbow], QUARTER_Z, atol=1e-6)
 
 
 def test_library_is_read_only_and_lookups_are_the_callers() -> None:

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
+import bvhio
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -213,7 +214,6 @@ def test_other_frames_or_another_rate_are_refused() -> None:
 
 def check_in_another_reader(path: Path, bvh: Bvh) -> None:
     """Check that a program that is not ours finds in a file what it shall say."""
-    bvhio = pytest.importorskip("bvhio", reason="needs bvhio, an independent reader of BVH")
     clip = bvhio.readAsBvh(str(path))
     joints = [joint for joint, _, _ in clip.Root.layout()]
     assert (clip.FrameCount, clip.FrameTime) == (len(bvh.values), bvh.frame_time)

@@ -140,6 +140,23 @@ def test_discount_scales_the_sum() -> None:
     assert Reward(*np.array([0.2, 0.3, 0.4, 0.5])).total == pytest.approx(0.45)
 
 
+def test_of_a_pair_the_clean_clip_earns_everything_but_the_place() -> None:
+    # The agent is the clean clip to the dot. What it observes has the left arm bent, moves at 2 m/s and is 0.5 m away: only the last
+    # counts, 1.3 - 1.4 x 0.5 = 0.6, as a discount.
+    observed = t_pose()
+    observed.rot[0, body("hand_l")] = about_z(60)
+    observed.pos[0, body("hand_l")] += [0.0, 0.2, 0.0]
+    observed.lin_vel[0, 5:] = [2.0, 0.0, 0.0]
+    observed.pos[:] += [0.5, 0.0, 0.0]
+    terms = reward(t_pose(), reference_of(observed, t_pose()))
+    assert [term[0] for term in terms] == pytest.approx([1.0, 1.0, 1.0, 0.6])
+    assert terms.total[0] == pytest.approx(1.8)
+    # Who does what is observed instead is where it should be, and pays for the rest.
+    terms = reward(observed, reference_of(observed, t_pose()))
+    assert terms.discount[0] == pytest.approx(1.0)
+    assert max(terms.local_pose[0], terms.position[0], terms.velocity[0]) < 1.0
+
+
 def test_worlds_do_not_mix() -> None:
     agent, target = random_state(1), random_state(2)
     together = reward(agent, reference_of(target))
