@@ -11,6 +11,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import nnls
 
 from datasets.humanoid import BODIES, FEET
+from datasets.kinematics import linear_velocity
 from datasets.motion_library import MotionLibrary
 from envs.humanoid_mjcf import FRICTION, HINGE_KP, build_model
 
@@ -47,7 +48,7 @@ def feed_forward(poses: np.ndarray, velocities: np.ndarray, fps: float) -> np.nd
         Angles [rad], shape (T, 43), at most ``LIMIT``.
     """
     smooth = gaussian_filter1d(velocities.astype(float), SMOOTH * fps, axis=0, mode="nearest")
-    accelerations = np.gradient(smooth, 1.0 / fps, axis=0) if len(poses) > 1 else np.zeros_like(smooth)
+    accelerations = linear_velocity(smooth, fps)
     body = _Body()
     torques = [body.torques(*frame) for frame in zip(poses, velocities, accelerations, strict=True)]
     return np.clip(np.array(torques) / HINGE_KP, -LIMIT, LIMIT)

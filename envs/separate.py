@@ -12,8 +12,8 @@ from envs.humanoid_mjcf import build_model
 
 # How readily hinges give way: arms sooner than legs, which stand; back, collars, head and feet keep what they mean.
 READINESS = {"upper_arm": 1.0, "forearm": 1.0, "thigh": 0.1, "shin": 0.1}
-ALLOWED = 0.004  # m, of overlap that is left: flesh gives way
-PASSES = 4  # over the clip: what smoothing takes away from a correction is asked for again
+ALLOWED = 0.008  # m, of overlap that is left: flesh gives way
+PASSES = 6  # over the clip: what smoothing takes away from a correction is asked for again
 STEPS = 8  # of a frame in a pass
 DAMPING = 1e-2  # m^2/rad^2, of the inverse: no wild turn where a joint can hardly help
 BLEND, LEG_BLEND = 0.15, 0.8  # s, within which corrections of arms and legs come and go; a leg's must not make its foot slide
@@ -35,16 +35,19 @@ def separate(motion: BodyMotion) -> BodyMotion:
         away = np.stack([body.way_out(pose) for pose in poses])
         if not away.any():
             break
-        turned = angles + np.where(_LEGS, _smooth(away, LEG_BLEND * motion.fps), _smooth(away, BLEND * motion.fps))
+        arms, legs = (
+            gaussian_filter1d(part, 0.5 * blend * motion.fps, axis=0, mode="nearest")
+            for part, blend in ((_held(away, BLEND * motion.fps), BLEND), (away, LEG_BLEND))
+        )
+        turned = angles + np.where(_LEGS, legs, arms)
         apart = replace(apart, local_rotations=local_rotations(apart.local_rotations[:, 0], turned))
     return apart
 
 
-def _smooth(away: np.ndarray, width: float) -> np.ndarray:
-    """Return corrections (T, 43) that come and go within ``width`` frames; they last so much longer that their peaks stay."""
+def _held(away: np.ndarray, width: float) -> np.ndarray:
+    """Return corrections (T, 43) that last so many frames longer at both ends, so that smoothing leaves their peaks."""
     frames = 2 * round(width) + 1
-    held = maximum_filter1d(away.clip(0.0, None), frames, axis=0) - maximum_filter1d((-away).clip(0.0, None), frames, axis=0)
-    return gaussian_filter1d(held, 0.5 * width, axis=0, mode="nearest")
+    return maximum_filter1d(away.clip(0.0, None), frames, axis=0) - maximum_filter1d((-away).clip(0.0, None), frames, axis=0)
 
 
 class _Body:

@@ -234,7 +234,8 @@ class AdaptMimicVectorEnv(VectorEnv):
     def _targets(self, observed: Observed) -> np.ndarray:
         """Return the angles that the motors are told (N, 43): the reference's and the smoothed actions' (eq. 4.3)."""
         targets = observed.hinges + _SPEED_FEED * observed.hinge_vel + self._action @ self._residual
-        return targets + self.library.feed_forward[self._row] if self.task.feed_forward else targets
+        told = self.library.feed_forward if self.task.feed_forward else None
+        return targets if told is None else targets + told[self._row]
 
     def _observe(self, worlds: np.ndarray | slice, agent: BodyState, reference: Reference) -> np.ndarray:
         preview = None

@@ -11,6 +11,7 @@ from datasets.foot_contacts import foot_contacts
 from datasets.imu_fusion import on_ground
 from datasets.level_ground import level_ground
 from datasets.motion import BodyMotion
+from datasets.root_frames import RATE
 from datasets.steady import steady
 from datasets.unsupported import Span
 from envs.mimic_spec import MimicSpec
@@ -21,8 +22,10 @@ SHORTEST = 60  # frames, of what is worth performing
 
 
 def give_root(clip: BodyMotion) -> BodyMotion:
-    """Return a clip whose recording did not say where the pelvis went with the root that a model gives it."""
-    return on_ground(reconstruct_root(shipped_root_model("root3d_pose"), clip))
+    """Return a clip whose recording did not say where the pelvis went with the root that a model gives it; itself if it is too short."""
+    model = shipped_root_model("root3d_pose")
+    too_short = (len(clip) - 1) / clip.fps < (model.spec.window - 1) / RATE
+    return clip if too_short else on_ground(reconstruct_root(model, clip))
 
 
 def repair(clip: BodyMotion, elsewhere: list[Span]) -> BodyMotion:

@@ -11,10 +11,7 @@ from pathlib import Path
 import torch
 from rich.progress import track
 
-from agents.policy import Policy
 from agents.shipped import SHIPPED_POLICY, WEIGHTS
-from datasets.motion import BodyMotion
-from envs.mimic_spec import MimicSpec
 from eval.clean_cases import Case, Result, all_cases, as_json, clean_case, from_json
 from eval.clean_findings import clean_findings
 from eval.clean_rows import NO_PHYSICS, SHIPPED, clean_rows
@@ -22,16 +19,15 @@ from eval.clean_study_page import GROUPS, clean_notes, clean_plots
 from eval.cleaner import Cleaner
 from eval.files import write_whole
 from eval.root_tests import FOLDERS, check_recordings
+from eval.run import load_policy
 from eval.study_page import Study
 from eval.suit_study import REAL_CLIPS
 from trainers.run_log import make_console
 
 POLICIES = "policies"  # folder below the study's: policies to hold beside the package's
 THREADS = 2
-_CLEANING = (  # beside what is in datasets, envs and agents, what a result depends on
-    "artefact_metrics.py", "artefact_tracks.py", "clean_cases.py", "clean_motion.py", "cleaner.py", "crowd.py", "ground_reaction.py",
-    "perform_clip.py",
-)  # fmt: skip
+_ROOMS = Path(__file__).parents[1]
+_IMPORT = re.compile(r"^\s*from (agents|configs|datasets|envs|eval|trainers)\.(\w+) import", re.MULTILINE)
 
 
 def clean_study(data: Path, out: Path) -> Study:
@@ -64,22 +60,31 @@ def _variants(out: Path) -> tuple[dict[str, Cleaner], dict[str, str], dict[str, 
     files = {SHIPPED: SHIPPED_POLICY} | {file.stem: file for file in sorted((out / POLICIES).glob("*.safetensors"))}
     cleaners, keys, performers = {}, {}, {}
     for variant, file in files.items():
-        policy, card = Policy.load(file)
-        cleaners[variant] = Cleaner(policy, MimicSpec(**card["task"]), THREADS)
-        keys[variant], performers[variant] = _key(file), set(card.get("performers", ()))
+        policy, card, spec = load_policy(file)
+        cleaners[variant] = Cleaner(policy, spec, THREADS)
+        keys[variant], performers[variant] = _key(file), set(card["performers"])
     without = replace(cleaners[SHIPPED], policy=None)
     return {SHIPPED: cleaners.pop(SHIPPED), NO_PHYSICS: without, **cleaners}, {**keys, NO_PHYSICS: _key(None)}, performers
 
 
 def _key(policy: Path | None) -> str:
     """Return a key of the code that cleans and judges, of the package's root models and of a policy."""
-    rooms = [Path(inspect.getfile(one)).parent for one in (BodyMotion, MimicSpec, Policy)]
-    code = [file for room in rooms for file in sorted(room.glob("*.py"))] + [Path(__file__).parent / name for name in _CLEANING]
     models = [file for file in sorted(WEIGHTS.glob("*.safetensors")) if file != SHIPPED_POLICY]
     digest = hashlib.sha256()
-    for file in (*code, *models, *([policy] if policy else [])):
+    for file in (*_code_behind(Case), *models, *([policy] if policy else [])):
         digest.update(file.read_bytes())
     return digest.hexdigest()[:16]
+
+
+def _code_behind(thing: type) -> list[Path]:
+    """Return the file that a class is written in and all of the project's that it imports, directly or not."""
+    found, ahead = set(), [Path(inspect.getfile(thing)).resolve()]
+    while ahead:
+        file = ahead.pop()
+        if file not in found:
+            found.add(file)
+            ahead += [_ROOMS / room / f"{name}.py" for room, name in _IMPORT.findall(file.read_text(encoding="utf-8"))]
+    return sorted(found)
 
 
 def _result(case: Case, variant: str, cleaner: Cleaner, key: str, folder: Path) -> Result:

@@ -79,7 +79,7 @@ class Crowd:
         one = np.zeros(CROWD, dtype=int)
         observation, _ = env.reset(options={"clip": one, "frame": one + start, "frames": one + self._frames})
         first = _film(self._physics.motion())
-        score, parents, rounds, done = np.zeros(CROWD), np.arange(CROWD), [], 0
+        score, parents, rounds, done, lasted = np.zeros(CROWD), np.arange(CROWD), [], 0, one
         while done < steps:
             film, lasted = [], np.zeros(CROWD, dtype=int)  # control steps in which each has been there
             for step in range(min(ROUND, steps - done)):

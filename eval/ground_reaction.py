@@ -1,5 +1,7 @@
 """What the feet carried in a simulation, frame by frame."""
 
+from functools import cache
+
 import mujoco
 import numpy as np
 
@@ -17,7 +19,7 @@ def foot_loads(poses: np.ndarray, velocities: np.ndarray, targets: np.ndarray) -
         velocities: Generalised velocities, shape (T, 49).
         targets: What the motors were told, shape (T, 43).
     """
-    model = build_model()
+    model = _model()
     data, force = mujoco.MjData(model), np.zeros(6)
     side_of = {1 + body: side for side, foot in enumerate(FEET) for body in foot}
     loads = np.zeros((len(poses), 2))
@@ -29,6 +31,11 @@ def foot_loads(poses: np.ndarray, velocities: np.ndarray, targets: np.ndarray) -
                 mujoco.mj_contactForce(model, data, contact, force)
                 load[side_of[int(bodies.max())]] += abs(data.contact.frame[contact, 2]) * force[0]
     return loads
+
+
+@cache
+def _model() -> mujoco.MjModel:
+    return build_model()
 
 
 def carried(loads: np.ndarray) -> np.ndarray:

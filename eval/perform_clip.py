@@ -20,7 +20,7 @@ from eval.ground_reaction import carried, foot_loads
 NEAR, FAR = 0.03, 0.09
 ANCHOR = 1.0  # s, standard deviation of the average by which the performance is led back to the clip's path
 BLEND = 0.1  # s, standard deviation of the average over which trust comes and goes
-SEAM = 0.25  # s, before and after each seam, in which it goes and comes: there the performance jumps, or ends
+SEAM = 0.15  # s, before and after each seam, in which it goes and comes: there the performance jumps, or ends
 
 
 class Performed(NamedTuple):

@@ -11,7 +11,7 @@ from eval.clean_study import clean_study
 from eval.files import check_out, write_whole
 from eval.policy_study import configuration_study, mixture_study
 from eval.root_study import root_study
-from eval.study_page import Study, study_page, study_text
+from eval.study_page import Group, Study, study_page, study_text
 from eval.suit_study import suit_study
 
 STUDIES: dict[str, Callable[[Path, Path], Study]] = {
@@ -41,7 +41,8 @@ def _run(options: argparse.Namespace) -> None:
     options.out.mkdir(parents=True, exist_ok=True)
     write_whole(options.out / "study.json", text + "\n")
     write_whole(options.out / "index.html", study_page(study))
-    print(study_text(study.table, *((study.groups[0].measures, study.groups[0].rows) if study.groups else ())))
+    first = study.groups[0] if study.groups else Group("", "", {})
+    print(study_text(study.table, first.measures, first.rows))
     print(f"study: {options.out / 'index.html'} and {options.out / 'study.json'}")
 
 

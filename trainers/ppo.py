@@ -31,7 +31,7 @@ def train(config: PpoConfig, resume: bool) -> Path:
     if not resume:
         move_aside(folder, console.print)
     make_folder(folder)
-    learner = PpoLearner(config)
+    learner = PpoLearner(config, motions.training)
     selection = ModelSelection(config, motions, folder)
     with RolloutPool(config, motions.training, motions.weights) as pool:
         clock = _resume(folder, learner, pool, motions) if resume else Clock()

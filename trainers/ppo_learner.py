@@ -7,18 +7,20 @@ import torch
 
 from agents.distribution import kl_divergence, log_prob
 from agents.policy import Policy
+from datasets.motion_library import MotionLibrary
 from trainers.gae import gae
 from trainers.learner_state import get_state, set_state
 from trainers.ppo_config import PpoConfig
 from trainers.ppo_loss import policy_loss, value_loss
 from trainers.rollout import Rollout
+from trainers.style_learner import StyleLearner
 
 
 class PpoLearner:
     """Owns policy, optimiser and the random order of minibatches."""
 
-    def __init__(self, config: PpoConfig) -> None:
-        """Build policy and optimiser from the run's seed."""
+    def __init__(self, config: PpoConfig, library: MotionLibrary) -> None:
+        """Build policy and optimiser from the run's seed, and with ``learner.style`` a discriminator of motion like the library's."""
         torch.set_num_threads(config.learner.threads)
         torch.manual_seed(config.seed)
         self.config = config.learner
@@ -26,6 +28,7 @@ class PpoLearner:
         self.policy = Policy(spec.observation_size, spec.action_size, config.network.hidden, config.network.activation)
         self.optimiser = torch.optim.Adam(self.policy.parameters(), lr=self.config.learning_rate, eps=1e-5, foreach=True)
         self.random = torch.Generator().manual_seed(config.seed)
+        self.style = StyleLearner(self.config.style, config.seed, library) if self.config.style else None
 
     def sigma(self, progress: float) -> float:
         """Return the actions' standard deviation at a share ``progress`` of the training."""
@@ -49,6 +52,7 @@ class PpoLearner:
         Returns:
             Diagnostics by name.
         """
+        rollouts, styled = self.style.judge(rollouts) if self.style else (rollouts, {})
         batch = self._batch(rollouts)
         sigma, size = self.sigma(progress), len(batch["observations"])
         for group in self.optimiser.param_groups:
@@ -71,6 +75,7 @@ class PpoLearner:
         unexplained = (target - batch["values"]).var() / target.var().clamp_min(1e-12)
         return {
             **means,
+            **styled,
             "kl": kl,
             "explained_variance": 1.0 - float(unexplained),
             "learning_rate": self.learning_rate(progress),
@@ -138,8 +143,11 @@ class PpoLearner:
 
     def get_state(self) -> dict[str, Any]:
         """Return everything that the next update depends on beside the rollouts."""
-        return get_state(self.policy, self.optimiser, self.random)
+        state = get_state(self.policy, self.optimiser, self.random)
+        return state | {"style": self.style.get_state()} if self.style else state
 
     def set_state(self, state: dict[str, Any]) -> None:
-        """Go back to a state that ``get_state`` returned."""
+        """Go back to a state that ``get_state`` returned; a discriminator that it lacks begins anew."""
         set_state(self.policy, self.optimiser, self.random, state)
+        if self.style and "style" in state:
+            self.style.set_state(state["style"])

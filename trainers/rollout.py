@@ -17,6 +17,7 @@ class Rollout(NamedTuple):
         truncated: Shape (T, N).
         truncated_observations: The true last observations of the truncated episodes in order of (t, n), shape (K, O).
         last_observations: After the last step, shape (N, O).
+        instants: Features of the bodies before each step and after the last, shape (T + 1, N, 118); empty without ``learner.style``.
         episodes: Tracking metrics of the episodes that ended, each of shape (E,).
         reward_terms: Mean of each term of the reward.
         physics_failures: Worlds in which physics failed.
@@ -30,6 +31,7 @@ class Rollout(NamedTuple):
     truncated: np.ndarray
     truncated_observations: np.ndarray
     last_observations: np.ndarray
+    instants: np.ndarray
     episodes: dict[str, np.ndarray]
     reward_terms: dict[str, float]
     physics_failures: int

@@ -7,6 +7,7 @@ import torch
 
 from agents.distribution import log_prob
 from agents.policy import Policy
+from agents.style import instant_features
 from datasets.motion_library import ClipInfo, MotionLibrary
 from envs.episode_metrics import TRACKING_METRICS
 from envs.mimic_spec import MimicSpec
@@ -31,7 +32,7 @@ class RolloutActor:
             fps: Of the motion library.
             weights: How often each clip is drawn.
         """
-        self._horizon = config.collect.horizon
+        self._horizon, self._styled = config.collect.horizon, config.learner.style > 0.0
         spec: MimicSpec = config.task
         library = MotionLibrary.from_arrays(clips, arrays, fps)
         self.env = AdaptMimicVectorEnv(
@@ -59,6 +60,7 @@ class RolloutActor:
         episodes: dict[str, list[np.ndarray]] = {name: [] for name in TRACKING_METRICS}
         terms: dict[str, float] = {}
         failures = self.env.physics_failures
+        instants = self._instant()
         for _ in range(self._horizon):
             mean = self.policy.mean_action(torch.from_numpy(self._observation))
             action = mean + sigma * torch.randn(mean.shape, generator=self._random)
@@ -74,15 +76,21 @@ class RolloutActor:
                 if key.startswith("reward/"):
                     terms[key] = terms.get(key, 0.0) + float(value.mean()) / self._horizon
             self._observation = after
+            instants += self._instant()
         empty = np.zeros((0, self._observation.shape[1]), dtype=np.float32)
         return Rollout(
             **{key: np.stack(value) for key, value in steps.items()},
             truncated_observations=np.concat([empty, *cut_short]),
             last_observations=self._observation,
+            instants=np.array(instants),
             episodes={name: np.concat([np.zeros(0), *found]) for name, found in episodes.items()},
             reward_terms=terms,
             physics_failures=self.env.physics_failures - failures,
         )
+
+    def _instant(self) -> list[np.ndarray]:
+        """Return what a style discriminator sees of the bodies now; nothing where there is none."""
+        return [instant_features(self.env.physics.bodies())] if self._styled else []
 
     def get_state(self) -> dict[str, Any]:
         """Return everything that the next rollout depends on beside the weights."""

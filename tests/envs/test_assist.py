@@ -40,7 +40,7 @@ def test_the_force_is_limited_to_its_share_of_the_weight() -> None:
 
 
 def test_the_torque_puts_a_body_upright() -> None:
-    # Leaning forward by 10 degrees about y: 250 sin 10 = 43.41 Nm backward. At most 0.3 m x 0.1 x 706.32 N = 21.19 Nm for a tenth of the weight.
+    # Leaning forward by 10 degrees about y: 250 sin 10 = 43.41 Nm backward. With a tenth of the weight, 70.632 N at 0.3 m: 21.19 Nm.
     agent = t_pose()
     pelvis = agent.pos[:, :1].copy()
     agent.pos[:] = pelvis + (agent.pos - pelvis) @ Rotation.from_euler("y", LEAN).as_matrix().T

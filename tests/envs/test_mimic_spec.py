@@ -54,6 +54,9 @@ def test_residuals_leave_the_spine_alone() -> None:
         ("smoothing", 1.1, "smoothing is 1.1"),
         ("action_scale", -1.0, "action_scale is -1.0, should be above 0"),
         ("action_scale", float("nan"), "action_scale is nan"),
+        ("foot_slip", -0.1, "foot_slip is -0.1, should be 0 or more"),
+        ("foot_slip", float("nan"), "foot_slip is nan, should be 0 or more"),
+        ("action_rate", -1.0, "action_rate is -1.0, should be 0 or more"),
         ("preview", (1, 0), r"preview is \[1, 0\], should hold positive numbers"),
     ],
 )

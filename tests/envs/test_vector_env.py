@@ -8,6 +8,7 @@ from gymnasium.vector import AutoresetMode
 
 from datasets.humanoid import HINGE_NAMES
 from datasets.motion_library import MotionLibrary
+from envs.feed_forward import feed_forward
 from envs.humanoid_mjcf import HINGE_KP, HINGE_KV
 from envs.mimic_spec import REWARD_TERMS, MimicSpec
 from envs.vector_env import AdaptMimicVectorEnv
@@ -102,7 +103,7 @@ def test_no_number_is_no_action(library: MotionLibrary) -> None:
         env.step(bad)
 
 
-@pytest.mark.parametrize("task", [MimicSpec(), MimicSpec("full", action_scale=3.0)])
+@pytest.mark.parametrize("task", [MimicSpec(), MimicSpec("full", action_scale=3.0), MimicSpec(feed_forward=True)])
 def test_targets_are_the_references_angles_and_the_residuals(
     library: MotionLibrary, task: MimicSpec, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -116,7 +117,12 @@ def test_targets_are_the_references_angles_and_the_residuals(
     reference = library.at(np.array([42])).observed  # two frames on
     residual = np.zeros(43)
     residual[[h for h in range(43) if task.configuration == "full" or _is_key(HINGE_NAMES[h])]] = 0.2 * task.action_scale
-    assert np.allclose(seen[0][0], reference.hinges[0] + HINGE_KV / HINGE_KP * reference.hinge_vel[0] + residual, atol=1e-6)
+    expected = reference.hinges[0] + HINGE_KV / HINGE_KP * reference.hinge_vel[0] + residual
+    if task.feed_forward:  # the env works it out where nobody has; an arm held out is told 0.033 rad
+        expected += feed_forward(library.start_pose[:480], library.start_vel[:480], 60.0)[42]
+        assert env.library.feed_forward is not None
+        assert abs(env.library.feed_forward[42]).max() > 0.03
+    assert np.allclose(seen[0][0], expected, atol=1e-6)
 
 
 def _is_key(hinge: str) -> bool:
@@ -131,6 +137,41 @@ def test_terms_make_the_reward(library: MotionLibrary) -> None:
         terms = np.stack([info[f"reward/{name}"] for name in REWARD_TERMS])
         assert np.allclose(rewards, info["reward/discount"] * terms.sum(axis=0), rtol=1e-6)
         assert ((rewards >= 0.0) & (rewards <= 3.0)).all()
+
+
+def test_habits_cost_reward_but_no_measure_of_imitation(library: MotionLibrary) -> None:
+    # Smoothed with 0.2, actions of 1 change by 0.2, then by 0.16: squares 0.04 and 0.0256, for each of the 20, at 5 a unit: 0.2, 0.128.
+    free, priced = AdaptMimicVectorEnv(library, 1), AdaptMimicVectorEnv(library, 1, MimicSpec(action_rate=5.0))
+    for env in (free, priced):
+        env.reset(options=at([0], [0], frames=[4]))
+    steps = [(free.step(np.ones((1, 20))), priced.step(np.ones((1, 20)))) for _ in range(2)]
+    assert [one[1][0] - other[1][0] for one, other in steps] == pytest.approx([0.2, 0.128], abs=1e-6)
+    metrics = [step[4]["tracking"]["max_reward_ratio"][0] for step in steps[-1]]
+    assert metrics[0] == metrics[1] > 0.0
+
+
+def test_worlds_go_on_from_others(library: MotionLibrary) -> None:
+    # Worlds 0 and 2 go on from 1, world 1 from 2: what their parents do from there, in an env of their own, they do to the bit.
+    env = AdaptMimicVectorEnv(library, 3, MimicSpec(preview=(1,)), autoreset_mode=AutoresetMode.DISABLED)
+    env.reset(seed=0, options=at([0, 1, 0], [10, 40, 300], frames=[300, 10, 60]))
+    for action in actions(4, 3):
+        env.step(action)
+    parents = np.array([1, 2, 1])
+    other = AdaptMimicVectorEnv(library, 3, MimicSpec(preview=(1,)), autoreset_mode=AutoresetMode.DISABLED)
+    other.set_state(env.get_state())
+    env.branch(parents)
+    # World 1 began in frame 40 of clip 1, the library's row 480 + 40, four steps of two frames ago; world 2 in frame 300 of clip 0.
+    assert env.rows.tolist() == [528, 308, 528]
+    steps = [(env.step(action[parents]), other.step(action)) for action in actions(5, 3, seed=1)]
+    for mine, theirs in steps:
+        for one, another in zip(mine[:4], theirs[:4], strict=True):
+            assert np.array_equal(one, another[parents])
+        if "tracking" in theirs[4]:
+            ratios = (step[4]["tracking"]["max_reward_ratio"] for step in (mine, theirs))
+            assert np.array_equal(next(ratios), next(ratios)[parents])
+    assert any("tracking" in theirs[4] for _, theirs in steps)
+    last = steps[-1][0][0]
+    assert not np.array_equal(last[0], last[1])
 
 
 def test_an_episode_lasts_300_frames(library: MotionLibrary) -> None:

@@ -45,7 +45,9 @@ def test_a_run_leaves_its_files(tiny: PpoConfig) -> None:
     assert final_state(folder)["clock"]["samples"] == 6 * 32
 
 
-def test_resumed_equals_uninterrupted(tiny: PpoConfig, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("style", [0.0, 0.5])
+def test_resumed_equals_uninterrupted(style: float, tiny: PpoConfig, monkeypatch: pytest.MonkeyPatch) -> None:
+    tiny = replace(tiny, learner=replace(tiny.learner, style=style))
     whole = ppo.train(replace(tiny, name="whole"), resume=False)
 
     class StopAfterFour(ppo.Stop):

@@ -1,0 +1,108 @@
+"""A small crowd: its takes are unbroken, join each other, and come again with the same seed."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from datasets.motion import BodyMotion
+from datasets.motion_library import MotionLibrary
+from eval import crowd
+from eval.crowd import Crowd, Take, distance
+from tests.builders import STANDING, posed
+from tests.envs.states import observed_of, t_pose
+from tests.eval.clean_parts import SPEC, shrink_crowd, standing, untrained
+
+LIMPING = posed({"thigh_l_y": -20.0, "shin_l_y": 40.0, "foot_l_y": -20.0}, 181, STANDING)  # 3 s on one leg and a bent one
+
+
+@pytest.fixture(autouse=True)
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    shrink_crowd(monkeypatch)
+
+
+def takes_of(clip: BodyMotion, seed: int = 0) -> list[Take]:
+    return list(Crowd(untrained(), SPEC, clip, 1, seed).takes())
+
+
+def unbroken(take: Take) -> None:
+    """Check that the pelvis of a take moves from frame to frame as its speeds say, so that it is one world's and its forebears'."""
+    moved = np.diff(take.poses[:, :3], axis=0)
+    assert moved == pytest.approx(0.5 * (take.velocities[1:, :3] + take.velocities[:-1, :3]) / 60.0, abs=2e-3)
+    assert np.abs(np.diff(take.poses[:, 7:], axis=0)).max() < 0.5  # rad
+
+
+def test_a_clip_that_can_be_stood_is_one_take() -> None:
+    # 61 frames: the first, and 30 control steps of two.
+    clip = standing(61)
+    (take,) = takes_of(clip)
+    assert take.start == 0
+    assert (take.poses.shape, take.velocities.shape, take.targets.shape) == ((61, 50), (61, 49), (61, 43))
+    assert take.poses[0] == pytest.approx(MotionLibrary.of([clip]).start_pose[0], abs=1e-6)
+    unbroken(take)
+    assert np.abs(take.poses[:, :2] - clip.root_position[:, :2]).max() < 0.1
+    # The motors were told the reference, what carries it and a residual; in the first frame what they were told next.
+    assert np.array_equal(take.targets[0], take.targets[1])
+    assert np.array_equal(take.targets[1], take.targets[2])
+    assert not np.array_equal(take.targets[2], take.targets[3])
+
+
+@pytest.mark.parametrize(("frames", "shown"), [(3, 3), (4, 3), (60, 59)])
+def test_a_take_ends_with_the_last_whole_control_step(frames: int, shown: int) -> None:
+    assert [len(take.poses) for take in takes_of(standing(frames))] == [shown]
+
+
+def test_too_short_for_a_control_step_is_no_take() -> None:
+    assert takes_of(standing(2)) == []
+
+
+def test_seeds_come_again_to_the_bit() -> None:
+    first, again, other = (takes_of(LIMPING.cut(0, 91), seed)[0] for seed in (3, 3, 4))
+    for one, two in zip(first[1:], again[1:], strict=True):
+        assert np.array_equal(one, two)
+    assert not np.array_equal(first.poses[:60], other.poses[:60])
+
+
+def test_where_all_go_astray_the_next_take_begins_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    # With hardly any distance allowed nobody stays for long.
+    monkeypatch.setattr(crowd, "ASTRAY", 0.0005)
+    clip = standing(61)
+    takes, reference = takes_of(clip), MotionLibrary.of([clip]).start_pose
+    assert len(takes) > 2
+    assert takes[0].start == 0
+    for before, after in pairwise(takes):
+        # In the last frame of the one before, or two frames on where that could not do a single step.
+        assert after.start == before.start + max(len(before.poses) - 1, 2)
+        assert after.poses[0] == pytest.approx(reference[after.start], abs=1e-6)
+    assert takes[-1].start + len(takes[-1].poses) <= 61
+    for take in takes:
+        if len(take.poses) > 1:
+            unbroken(take)
+
+
+def test_nobody_follows_who_flies_off() -> None:
+    # A T-pose that rises at 5 m/s from the ground: the head is lost after less than half a second, and then again.
+    still = posed({}, 91)
+    clip = replace(still, root_position=still.root_position + 10.0 * (np.arange(91) / 60.0)[:, None] ** 2 * [0.0, 0.0, 1.0])
+    takes = takes_of(clip)
+    assert len(takes) > 1
+    for take in takes:
+        unbroken(take)
+        assert np.abs(take.poses[:, 2] - clip.root_position[take.start : take.start + len(take.poses), 2]).max() < 1.0
+
+
+def test_a_crowd_does_better_than_its_policy_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    # An untrained policy falls within two seconds or so; those who search along it last longer.
+    shrink_crowd(monkeypatch, 32, 8)
+    together = len(takes_of(LIMPING)[0].poses)
+    shrink_crowd(monkeypatch, 1, 1)
+    assert together > len(takes_of(LIMPING)[0].poses)
+
+
+def test_distance_is_the_mean_over_bodies_with_roots_aligned() -> None:
+    # Both hands 0.3 m off: 2 x 0.3 / 20. The whole body elsewhere counts for nothing.
+    agent = t_pose()
+    agent.pos[:] += [1.0, -2.0, 0.5]
+    agent.pos[0, [7, 11]] += [0.0, 0.0, 0.3]
+    assert distance(agent, observed_of(t_pose())) == pytest.approx([0.03])

@@ -1,0 +1,34 @@
+"""What a user may have mistyped in a config becomes one line that says what would be right."""
+
+import pytest
+
+from configs.errors import InputError
+from trainers.ppo_config import CollectConfig, DataConfig
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "message"),
+    [
+        ("rewarded", "truth", r"data\.rewarded is 'truth', should be observed or clean"),
+        ("synthetic", -1, r"data\.synthetic is -1, should be 0 or more"),
+        ("roots", "guessed", r"data\.roots is 'guessed', should be recorded or reconstructed"),
+        ("suit_clips", -2, r"data\.suit_clips is -2, should be 0 or more"),
+        ("suit_share", 1.5, r"data\.suit_share is 1\.5, should be from 0 to 1"),
+        ("suit_severity", -0.1, r"data\.suit_severity is -0\.1, should be 0 or more"),
+    ],
+)
+def test_data(field: str, value: object, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        DataConfig(**{field: value})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("value", [-0.1, float("nan")])
+def test_assist(value: float) -> None:
+    with pytest.raises(InputError, match=r"collect\.assist is .*, should be 0 or more \[body weights\]"):
+        CollectConfig(assist=value)
+
+
+def test_the_thesis_s_setting_is_the_default() -> None:
+    # The faulty track is rewarded, nothing is added, nobody helps.
+    data = DataConfig()
+    assert (data.rewarded, data.mirror, data.synthetic, CollectConfig().assist) == ("observed", False, 0, 0.0)
