@@ -74,7 +74,7 @@ def evaluate(run: Run, out: Path, motions: list[str] | None, console: Console) -
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; return the exit code."""
     parser = argparse.ArgumentParser(prog="python -m eval.report", description="Evaluate a trained policy on clips.")
-    parser.add_argument("--run", type=Path, required=True, help="a run's folder, such as runs/mixed")
+    parser.add_argument("--run", type=Path, required=True, help="a run's folder, such as runs/mixed, or a policy's file")
     parser.add_argument("--out", type=Path, required=True, help="folder for report.json and index.html")
     parser.add_argument(
         "--motions", nargs="+", action="extend", help="BVH or MVNX files, folders of them, or 'synthetic'; the held-out clips by default"

@@ -1,9 +1,10 @@
 """A training run as its folder holds it: the config, the policy that it kept, and that policy's card."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import configs
 from agents.policy import Policy
 from configs.errors import InputError
 from configs.load import load_config
@@ -27,9 +28,16 @@ class Run:
 def load_run(folder: Path) -> Run:
     """Return a run.
 
+    Args:
+        folder: Of the run; or a policy's file, such as the package's, which is taken for one trained by ``configs/clean.yaml``.
+
     Raises:
-        InputError: If there is none in ``folder``, or it holds no policy that fits this code.
+        InputError: If there is none, or it holds no policy that fits this code.
     """
+    if folder.is_file():
+        policy, card, spec = load_policy(folder)
+        config = load_config(PpoConfig, Path(configs.__file__).parent / "clean.yaml")
+        return Run(folder.parent, replace(config, task=spec), policy, card, spec)
     if not folder.is_dir():
         raise InputError(f"there is no run at {folder}; python -m trainers.ppo --config configs/mixed.yaml leaves one in runs/mixed")
     policy, card, spec = load_policy(folder / "best" / "policy.safetensors")
