@@ -17,6 +17,7 @@ PASSES = 6  # over the clip: what smoothing takes away from a correction is aske
 STEPS = 8  # of a frame in a pass
 DAMPING = 1e-2  # m^2/rad^2, of the inverse: no wild turn where a joint can hardly help
 BLEND, LEG_BLEND = 0.15, 0.8  # s, within which corrections of arms and legs come and go; a leg's must not make its foot slide
+LINGER = 0.05  # s, in which a correction fades from frame to frame, so that a limb that went deep goes out on the side where it came in
 _LEGS = np.array([NAMES[body][:-2] in ("thigh", "shin") for body, _ in HINGES])
 
 
@@ -32,7 +33,7 @@ def separate(motion: BodyMotion) -> BodyMotion:
     for _ in range(PASSES):
         angles = hinge_angles(apart.local_rotations)
         poses = np.concat([apart.root_position, apart.local_rotations[:, 0], angles], axis=1)
-        away = np.stack([body.way_out(pose) for pose in poses])
+        away = body.ways_out(poses, np.exp(-1.0 / (LINGER * motion.fps)))
         if not away.any():
             break
         arms, legs = (
@@ -59,10 +60,23 @@ class _Body:
         self._readiness = np.array([READINESS.get(NAMES[body].removesuffix("_l").removesuffix("_r"), 0.0) for body, _ in HINGES])
         self._jacobians = np.zeros((2, 3, self._model.nv))
 
-    def way_out(self, pose: np.ndarray) -> np.ndarray:
-        """Return the change of the 43 hinges [rad] that ends a pose's overlaps, zero without any."""
+    def ways_out(self, poses: np.ndarray, share: float) -> np.ndarray:
+        """Return the changes of the 43 hinges [rad] that end the poses' overlaps, shape (T, 43), zero before any.
+
+        Args:
+            poses: Generalised positions, shape (T, 50).
+            share: Of the change of the frame before, from which each begins.
+        """
+        away, before = np.zeros((len(poses), len(HINGES))), np.zeros(len(HINGES))
+        for now, pose in zip(away, poses, strict=True):
+            now[:] = before = self._way_out(pose, share * before)
+        return away
+
+    def _way_out(self, pose: np.ndarray, change: np.ndarray) -> np.ndarray:
+        """Return the change of the 43 hinges [rad] that ends a pose's overlaps: the given one, if need be with more."""
         data, start = self._data, pose[7:]
         data.qpos[:] = pose
+        data.qpos[7:] += change
         for _ in range(STEPS):
             rows, depths = self._overlaps()
             if not len(depths):

@@ -17,7 +17,7 @@ from eval.crowd import Crowd, Take
 from eval.ground_reaction import carried, foot_loads
 
 # m, mean distance of the bodies from the clip's, roots aligned: trusted wholly up to the one, not at all from the other on.
-NEAR, FAR = 0.03, 0.09
+NEAR, FAR = 0.02, 0.05
 ANCHOR = 1.0  # s, standard deviation of the average by which the performance is led back to the clip's path
 BLEND = 0.1  # s, standard deviation of the average over which trust comes and goes
 SEAM = 0.15  # s, before and after each seam, in which it goes and comes: there the performance jumps, or ends
