@@ -65,16 +65,16 @@ class Cleaner:
         retargeted = retarget(capture(bvh, name, mapping))
         recorded = resample(retargeted.motion, FPS)
         located = recorded.rooted and not hovers(recorded)
-        before = recorded if located else give_root(recorded)
-        elsewhere = off_the_ground(before)
-        performed = perform(self.policy, self.spec, repair(before, elsewhere), elsewhere, self.threads)
+        rooted = recorded if located else replace(give_root(recorded), rooted=False)  # its heights drift: no stairs
+        elsewhere = off_the_ground(rooted)
+        performed = perform(self.policy, self.spec, repair(rooted, elsewhere), elsewhere, self.threads)
         at_own_rate = resample_to(performed.motion, len(retargeted.motion), retargeted.motion.fps)
-        nearest = np.minimum(np.arange(len(at_own_rate)) * FPS / at_own_rate.fps + 0.5, len(before) - 1).astype(int)
-        level = ~inside(elsewhere, len(before))
+        nearest = np.minimum(np.arange(len(at_own_rate)) * FPS / at_own_rate.fps + 0.5, len(recorded) - 1).astype(int)
+        level = ~inside(elsewhere, len(recorded))
         output = plant_feet(transfer(retargeted, at_own_rate), retargeted, performed.contacts[nearest], level[nearest])
         cleaned = Cleaned(
             name,
-            before,
+            recorded,
             replace(resample(retarget_again(retargeted, output), FPS), name=name),
             performed.contacts,
             performed.trust,

@@ -80,10 +80,11 @@ class Crowd:
         observation, _ = env.reset(options={"clip": one, "frame": one + start, "frames": one + self._frames})
         first = _film(self._physics.motion())
         score, parents, rounds, done, lasted = np.zeros(CROWD), np.arange(CROWD), [], 0, one
+        leaders = 1  # different worlds among all; the rest are their followers
         while done < steps:
             film, lasted = [], np.zeros(CROWD, dtype=int)  # control steps in which each has been there
             for step in range(min(ROUND, steps - done)):
-                observation, reward, terminated, _, _ = env.step(self._actions(observation))
+                observation, reward, terminated, _, _ = env.step(self._actions(observation, leaders))
                 film += [_film(frame) for frame in self._physics.film]
                 score = DISCOUNT * score + reward
                 lasted += (lasted == step) & ~terminated & (distance(self._physics.bodies(), self._observed()) < ASTRAY)
@@ -93,15 +94,15 @@ class Crowd:
             if done == steps or not there.any():
                 break
             order = np.argsort(np.where(there, -self._promise(score, observation), np.inf))[: min(BEST, there.sum())]
-            parents = np.resize(order, CROWD)
+            parents, leaders = np.resize(order, CROWD), len(order)
             env.branch(parents)
             observation, score = observation[parents], score[parents]
         return _cut(start, first, rounds, lasted)
 
-    def _actions(self, observation: np.ndarray) -> np.ndarray:
-        """Return the policy's actions (K, A), with noise on all but the first follower of each who went on."""
+    def _actions(self, observation: np.ndarray, leaders: int) -> np.ndarray:
+        """Return the policy's actions (K, A), with noise on all but the first follower of each of so many who went on."""
         noise = self._random.normal(scale=NOISE, size=(CROWD, self._env.task.action_size))
-        noise[:BEST] = 0.0
+        noise[:leaders] = 0.0
         return (self._policy.act(observation) + noise).astype(np.float32)
 
     def _observed(self) -> Observed:
