@@ -13,6 +13,8 @@ from configs.errors import InputError
 
 T = TypeVar("T")
 
+CONFIGS = Path(__file__).parent  # where the package's own are
+
 
 def load_config(cls: type[T], path: Path, overrides: list[str] | None = None) -> T:
     """Return the config of a file with overrides applied.

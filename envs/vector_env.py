@@ -44,6 +44,7 @@ class AdaptMimicVectorEnv(VectorEnv):
         autoreset_mode: AutoresetMode = AutoresetMode.SAME_STEP,
         clip_weights: np.ndarray | None = None,
         adaptive_starts: bool = False,
+        physics: type[CpuPhysics] = CpuPhysics,
     ) -> None:
         """Build the simulations.
 
@@ -54,6 +55,7 @@ class AdaptMimicVectorEnv(VectorEnv):
             threads: Native threads that step the worlds.
             autoreset_mode: SAME_STEP or DISABLED.
             clip_weights: How often each clip is drawn; by length if None, shape (clips,).
+            physics: What simulates the worlds.
             adaptive_starts: Whether episodes begin more often where they fail, instead of at any frame alike.
 
         Raises:
@@ -65,7 +67,7 @@ class AdaptMimicVectorEnv(VectorEnv):
             raise ValueError("autoreset_mode should be SAME_STEP or DISABLED")
         self.num_envs, self.task = num_envs, task or MimicSpec()
         self.library = with_feed_forward(library) if self.task.feed_forward and library.feed_forward is None else library
-        self.physics = CpuPhysics(num_envs, threads)
+        self.physics = physics(num_envs, threads)
         self.starts = StartSampler(library, clip_weights, adaptive_starts)
         self.metadata = {"render_modes": [], "render_fps": int(FPS / FRAMES_PER_STEP), "autoreset_mode": autoreset_mode}
         self.render_mode = None

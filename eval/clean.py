@@ -18,7 +18,7 @@ from datasets.sources import BVH
 from eval.clean_report import clean_report, folder_report
 from eval.cleaned import Cleaned
 from eval.cleaner import Cleaner
-from eval.files import check_out
+from eval.files import check_out, writing
 from trainers.run_log import make_console
 
 THREADS = 2
@@ -61,27 +61,30 @@ def clean(source: Path, target: Path, report: Path | None, cleaner: Cleaner, map
     """
     console, reports, broken = make_console(), {}, 0
     clips = list(clips_of(source, target))
+    check_out(target if source.is_dir() else target.parent)
     for file, out in clips:
         begin = time.monotonic()
         try:
             with console.status(escape(f"cleaning {file.name}")):
                 bvh, cleaned = cleaner.clean(read_bvh(file), file.stem, mapping)
+            with writing(out):
+                out.parent.mkdir(parents=True, exist_ok=True)
+                write_bvh(out, bvh)
         except InputError as error:
             if source.is_file():
                 raise InputError(f"{error}" if str(file) in str(error) else f"{file}: {error}") from error
             console.print(escape(f"{file}: {error}; left out"))
             broken += 1
             continue
-        out.parent.mkdir(parents=True, exist_ok=True)
-        write_bvh(out, bvh)
         console.print(escape(_line(file, out, cleaned, time.monotonic() - begin)))
         if report:
             page = report / file.relative_to(source).with_suffix("") if source.is_dir() else report
-            with console.status("writing the report"):
+            with console.status("writing the report"), writing(page):
                 reports[str(page.relative_to(report))] = clean_report(cleaned, page)
             console.print(escape(f"  report: {page / 'index.html'}"))
     if report and source.is_dir() and reports:
-        folder_report(reports, report)
+        with writing(report):
+            folder_report(reports, report)
         console.print(escape(f"report over all clips: {report / 'index.html'}"))
     if broken:
         raise InputError(f"{source}: {broken} of {len(clips)} files could not be cleaned, see above; the others were")
@@ -108,7 +111,6 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _run(options: argparse.Namespace) -> None:
-    check_out(options.out.parent)
     if options.report:
         check_out(options.report, "--report")
     torch.set_num_threads(THREADS)

@@ -103,7 +103,7 @@ def clean_case(case: Case, cleaner: Cleaner) -> Result:
     after = resample(retarget_again(retargeted, from_bvh(written, retargeted.capture)), FPS)
     if suit:
         truth = recorded.cut(len(recorded) - len(read), len(recorded))  # as many leading frames as the reading took for a T-pose
-        carried = re_anchor(truth, cleaned.before)  # with its root, which may be a reconstructed one
+        carried = re_anchor(truth, after)  # whose root may be a reconstructed one
         sides = {
             BEFORE: _judge(suit, re_anchor(recorded, suit)),
             AS_READ: _judge(read, re_anchor(truth, read)),

@@ -20,7 +20,7 @@ def report_data(cleaned: Cleaned) -> dict[str, Any]:
     """Return what ``report.json`` holds; metrics by the ids and in the units of METRICS.md."""
     local, world = _deviations(cleaned)
     fps = cleaned.before.fps
-    simulated = ~cleaned.kept
+    simulated = cleaned.confidence >= 0.5  # elsewhere feet stand by their looks
     sides = {"before": artefacts(cleaned.before, cleaned.truth), "after": artefacts(cleaned.after, cleaned.truth, cleaned.before)}
     return {
         "name": cleaned.name,

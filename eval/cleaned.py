@@ -15,7 +15,8 @@ class Cleaned:
         name: Of the clip, for people.
         before: The input, floor-calibrated, with its root.
         after: The output through the same retargeting and calibration.
-        contacts: Whether the left and the right foot carried at least 0.05 of body weight in the simulation, shape (T, 2).
+        contacts: Whether the left and the right foot stand, shape (T, 2): where confidence is at least 0.5, whether each carried 0.05 of
+            body weight in the simulation; elsewhere, as they look.
         confidence: In the output, 0 to 1; 0 where the input was kept because physics gave up, shape (T,).
         kept: Which frames keep the input, shape (T,).
         seams: When the agent began again [s].

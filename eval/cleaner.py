@@ -64,9 +64,11 @@ class Cleaner:
         """
         retargeted = retarget(capture(bvh, name, mapping))
         recorded = resample(retargeted.motion, FPS)
-        located = recorded.rooted and not hovers(recorded)
-        rooted = recorded if located else replace(give_root(recorded), rooted=False)  # its heights drift: no stairs
-        elsewhere = off_the_ground(rooted)
+        elsewhere = off_the_ground(recorded)
+        # Somebody in the air who neither climbs nor is carried hangs there by the recording's fault.
+        located = recorded.rooted and (bool(elsewhere) or not hovers(recorded))
+        rooted = recorded if located else give_root(recorded)
+        elsewhere = elsewhere if located else off_the_ground(rooted)
         performed = perform(self.policy, self.spec, repair(rooted, elsewhere), elsewhere, self.threads)
         at_own_rate = resample_to(performed.motion, len(retargeted.motion), retargeted.motion.fps)
         nearest = np.minimum(np.arange(len(at_own_rate)) * FPS / at_own_rate.fps + 0.5, len(recorded) - 1).astype(int)
@@ -80,16 +82,16 @@ class Cleaner:
             performed.trust,
             performed.trust < KEPT,
             tuple(start / FPS for start in performed.starts[1:]),
-            _notices(located, elsewhere),
+            _notices(rooted is not recorded, elsewhere),
             truth,
         )
         return to_bvh(bvh, retargeted.capture, output), cleaned
 
 
-def _notices(located: bool, elsewhere: list[Span]) -> tuple[str, ...]:
+def _notices(reconstructed: bool, elsewhere: list[Span]) -> tuple[str, ...]:
     """Return what a person should know of a clip, one line each."""
     guessed = "The recording does not say where the pelvis went, or lets the figure hover; its path was reconstructed."
-    rootless = [] if located else [guessed]
+    rootless = [guessed] if reconstructed else []
     spans = [
         f"Somebody {span.reason} from {span.start / FPS:.1f} s to {span.stop / FPS:.1f} s: not for feet on level ground, left to itself."
         for span in elsewhere

@@ -6,7 +6,7 @@ where those that do best are.
 """
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 import torch
@@ -25,7 +25,7 @@ CROWD = 96  # worlds
 BEST = 24  # of them, who go on; the first follower of each adds no noise
 ROUND = 3  # control steps until the next choice
 NOISE = 0.15  # standard deviation of the actions' noise, as large as training explores
-DISCOUNT = 0.95  # of rewards by their age, and of the value ahead, as in training
+DISCOUNT = 0.95  # of rewards by their age, as in training; the critic's value ahead is a mean reward a step and weighs as much as one
 ASTRAY = 0.12  # m, mean distance of the bodies from the reference's, roots aligned, at which nobody would call it the same clip
 # What counts beside rewards, which bear small errors gladly though falls are made of them.
 COM_ERROR, COM_SPEED_ERROR, HEAD_ERROR, POSE_ERROR = 15.0, 10.0, 15.0, 200.0
@@ -61,8 +61,8 @@ class Crowd:
             seed: Of the noise.
         """
         self._policy, self._frames = policy, len(clip)
-        self._env = AdaptMimicVectorEnv(MotionLibrary.of([clip]), CROWD, spec, threads, AutoresetMode.DISABLED)
-        self._env.physics = self._physics = FilmedPhysics(CROWD, threads)
+        self._env = AdaptMimicVectorEnv(MotionLibrary.of([clip]), CROWD, spec, threads, AutoresetMode.DISABLED, physics=FilmedPhysics)
+        self._physics = cast(FilmedPhysics, self._env.physics)
         self._random = np.random.default_rng(seed)
 
     def takes(self) -> Iterator[Take]:

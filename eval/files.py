@@ -1,6 +1,8 @@
 """Files that other programs read: whole or not there at all, in a folder that was looked at before the work."""
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from configs.errors import InputError
@@ -8,9 +10,25 @@ from configs.errors import InputError
 
 def write_whole(path: Path, text: str) -> None:
     """Write a file whole or not at all."""
-    temporary = path.with_name(path.name + ".tmp")
-    temporary.write_text(text, encoding="utf-8")
-    temporary.replace(path)
+    temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
+    try:
+        temporary.write_text(text, encoding="utf-8")
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Tell in one line what keeps a file or folder from being written.
+
+    Raises:
+        InputError: Instead of an ``OSError``.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"{path} cannot be written: {error.strerror} ({error.filename})") from error
 
 
 def check_out(out: Path, option: str = "--out") -> None:

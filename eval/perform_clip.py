@@ -44,9 +44,7 @@ def untouched(clip: BodyMotion) -> Performed:
     return Performed(clip, np.zeros((len(clip), 2), dtype=bool), np.zeros(len(clip)), [])
 
 
-def perform_clip(
-    policy: Policy, spec: MimicSpec, clip: BodyMotion, threads: int, joins: tuple[bool, bool] = (False, False)
-) -> Performed:
+def perform_clip(policy: Policy, spec: MimicSpec, clip: BodyMotion, threads: int, joins: tuple[bool, bool] = (False, False)) -> Performed:
     """Let a crowd of humanoids perform a clip, and blend the best performance into it.
 
     Args:

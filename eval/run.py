@@ -4,10 +4,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import configs
 from agents.policy import Policy
 from configs.errors import InputError
-from configs.load import load_config
+from configs.load import CONFIGS, load_config
 from envs.mimic_spec import MimicSpec
 from trainers.ppo_config import PpoConfig
 
@@ -36,7 +35,7 @@ def load_run(folder: Path) -> Run:
     """
     if folder.is_file():
         policy, card, spec = load_policy(folder)
-        config = load_config(PpoConfig, Path(configs.__file__).parent / "clean.yaml")
+        config = load_config(PpoConfig, CONFIGS / "clean.yaml")
         return Run(folder.parent, replace(config, task=spec), policy, card, spec)
     if not folder.is_dir():
         raise InputError(f"there is no run at {folder}; python -m trainers.ppo --config configs/mixed.yaml leaves one in runs/mixed")

@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 from pathlib import Path
+from warnings import catch_warnings
 
-import bvhio
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -214,6 +214,9 @@ def test_other_frames_or_another_rate_are_refused() -> None:
 
 def check_in_another_reader(path: Path, bvh: Bvh) -> None:
     """Check that a program that is not ours finds in a file what it shall say."""
+    with catch_warnings(action="ignore", category=PendingDeprecationWarning):  # of PyGLM, at bvhio's way to import it
+        import bvhio
+
     clip = bvhio.readAsBvh(str(path))
     joints = [joint for joint, _, _ in clip.Root.layout()]
     assert (clip.FrameCount, clip.FrameTime) == (len(bvh.values), bvh.frame_time)

@@ -200,7 +200,7 @@ def test_clips_of_a_few_frames_come_back(frames: int, fps: float) -> None:
 
 def test_a_pose_is_no_clip_without_a_root(monkeypatch: pytest.MonkeyPatch) -> None:
     # Who keeps still within a centimetre cannot be told from a recording that holds no root: the path is worked out, and said to be.
-    monkeypatch.setattr(cleaner, "give_root", lambda clip: clip)
+    monkeypatch.setattr(cleaner, "give_root", lambda clip: replace(clip, rooted=False))
     shrink_crowd(monkeypatch)
     *_, told = cleaned(still(90))
     assert told.notices == ("The recording does not say where the pelvis went, or lets the figure hover; its path was reconstructed.",)
@@ -226,3 +226,15 @@ def test_what_is_no_human_is_refused() -> None:
     stick = Bvh(("a", "b"), (-1, 0), bvh.offsets[:2], bvh.channels[:2], ((), ()), bvh.frame_time, bvh.values[:, :9])
     with pytest.raises(InputError):
         Cleaner(untrained(), SPEC, 1).clean(stick, "stick")
+
+
+def test_who_is_carried_is_left_in_the_air() -> None:
+    # A stander lifted by 1 m within 1 s and carried along for 4 s: recorded, so believed, and neither put down nor performed.
+    time = np.arange(360) / 60.0
+    lift, along = np.clip(time - 1.0, 0.0, 1.0), np.clip(time - 2.0, 0.0, None)
+    one = posed({}, 360)
+    path = one.root_position + np.stack([along, 0.0 * along, lift], axis=1)
+    *_, told = cleaned(replace(one, root_position=path))
+    assert any("is carried" in notice for notice in told.notices)
+    assert not any("reconstructed" in notice for notice in told.notices)
+    assert np.ptp(told.after.root_position[:, 2]) == pytest.approx(1.0, abs=0.02)

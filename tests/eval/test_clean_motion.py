@@ -150,4 +150,3 @@ def test_a_crowd_performs_what_is_repaired(monkeypatch: pytest.MonkeyPatch) -> N
     assert found.contacts[20:50].all()
     steps = np.linalg.norm(np.diff(body_poses(found.motion)[0], axis=0), axis=-1)
     assert steps.max() < 0.02  # m: hands swing by 0.2 rad x 3 / s x 0.25 m / 60 = 2.5 mm a frame
-
