@@ -3,11 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from datasets.foot_contacts import foot_contacts, spans
 from datasets.humanoid import FEET, NAMES
-from datasets.kinematics import body_poses, continuous, lowest_points, sole_points, support_steps
+from datasets.kinematics import body_poses, continuous, sole_points, support_steps
 from datasets.limb_ik import SHIN, THIGH, leg_ik
 from datasets.motion import BodyMotion
 from datasets.retarget import SAME_LEVEL
@@ -15,7 +14,6 @@ from datasets.rotation import about_axis, conjugate, cross, multiply, rotate
 from datasets.two_bones import within_reach
 
 BLEND = 0.15  # s, within which a correction comes and goes: half of a brisk step's swing
-LIFT = 0.05  # s, for which a foot that is lifted out of the ground stays so at both ends, and within which it gets there
 SLOPE_FRAMES = 3  # over which the speed is averaged with which a correction leaves its contact
 _Y = np.array([0.0, 1.0, 0.0])
 _NO_TURN, _HALF_TURN = np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 1.0])  # about the leg
@@ -84,22 +82,6 @@ def _standing_still(soles: np.ndarray) -> np.ndarray:
     level = float(np.median(lowest))
     correction[:, 2] = (0.0 if abs(level) < SAME_LEVEL else level) - lowest
     return correction
-
-
-def lift_feet(motion: BodyMotion) -> BodyMotion:
-    """Return the clip with feet that are never under the ground at zero, by the legs alone; the root stays.
-
-    Args:
-        motion: Clip on level ground.
-    """
-    positions, rotations = body_poses(motion)
-    lowest, frames = lowest_points(positions, rotations), 2 * round(LIFT * motion.fps) + 1
-    local = motion.local_rotations.copy()
-    for foot, toe in FEET:
-        sunk = maximum_filter1d(np.maximum(-lowest[:, [foot, toe]].min(axis=1), 0.0), frames)
-        rise = gaussian_filter1d(sunk, 0.5 * LIFT * motion.fps, mode="nearest")
-        _move_foot(local, positions, rotations, foot, positions[:, foot] + rise[:, None] * (0.0, 0.0, 1.0))
-    return replace(motion, local_rotations=continuous(local))
 
 
 def _move_foot(local: np.ndarray, positions: np.ndarray, rotations: np.ndarray, foot: int, ankle: np.ndarray) -> None:
