@@ -1,9 +1,11 @@
-# make train | make test | make check: each first creates .venv and installs into it where that has not been done.
+# make install | make train | make test | make check: each first creates .venv and installs into it where that has not been done.
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 INSTALLED := .venv/installed
 
-.PHONY: train test check
+.PHONY: install train test check
+
+install: $(INSTALLED)
 
 train: $(INSTALLED)
 	$(BIN)/python -m trainers.ppo --config configs/mixed.yaml
