@@ -6,7 +6,7 @@ from datasets.body_state import BodyState
 from datasets.humanoid import BODIES, FEET
 from envs.mimic_spec import MimicSpec
 
-CONTACT_HEIGHT = 0.02  # m: a foot whose lowest point is lower is in contact (METRICS)
+CONTACT_HEIGHT = 0.02  # m: a foot whose lowest point is lower is in contact, at any speed (METRICS)
 _SOLES = np.array([[BODIES[body].shape.points for body in side] for side in FEET], dtype=np.float32)  # (2, 2, 8, 3), sides, bodies, corners
 
 

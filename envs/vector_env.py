@@ -55,8 +55,8 @@ class AdaptMimicVectorEnv(VectorEnv):
             threads: Native threads that step the worlds.
             autoreset_mode: SAME_STEP or DISABLED.
             clip_weights: How often each clip is drawn; by length if None, shape (clips,).
-            physics: What simulates the worlds.
             adaptive_starts: Whether episodes begin more often where they fail, instead of at any frame alike.
+            physics: What simulates the worlds.
 
         Raises:
             ValueError: If the library's rate is not 60 fps or the autoreset mode is another.

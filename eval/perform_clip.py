@@ -8,11 +8,11 @@ from scipy.ndimage import gaussian_filter1d
 
 from agents.policy import Policy
 from datasets.humanoid import local_rotations
-from datasets.kinematics import body_poses
 from datasets.motion import BodyMotion
 from datasets.rotation import normalise
 from datasets.steady import steady
 from envs.mimic_spec import FRAMES_PER_STEP, MimicSpec
+from eval.artefact_tracks import distances_local
 from eval.crowd import Crowd, Take
 from eval.ground_reaction import carried, foot_loads
 
@@ -84,8 +84,7 @@ def _insert(clip: BodyMotion, take: Take) -> BodyMotion:
 
 def _trust(performance: BodyMotion, clip: BodyMotion, seams: list[int]) -> np.ndarray:
     """Return how far a performance is trusted, by how near it stays to the clip and how far it is from a seam, shape (T,)."""
-    error = body_poses(performance)[0] - body_poses(clip)[0]
-    away = np.linalg.norm(error - error[:, :1], axis=-1).mean(axis=-1)
+    away = distances_local(performance, clip).mean(axis=1)
     trust = gaussian_filter1d(_smooth_step((FAR - away) / (FAR - NEAR)), BLEND * clip.fps, mode="nearest")
     for seam in seams:
         trust *= _smooth_step(np.abs(np.arange(len(clip)) - seam) / (SEAM * clip.fps))

@@ -95,7 +95,8 @@ def build_library(config: DataConfig, say: Callable[[str], None]) -> MotionLibra
         say(f"{len(suited)} recordings through simulated IMU suits of severity {config.suit_severity:g}, roots by {by}")
     clips, clean = [*usable, *suited], [*usable, *truths]
     if config.mirror:
-        clips, clean = ([*part, *map(mirrored, part)] for part in (clips, clean))
+        twins = [mirrored(clip) for clip in clips]
+        clips, clean = [*clips, *twins], [*clean, *twins[: len(usable)], *map(mirrored, truths)]
     return with_feed_forward(MotionLibrary.of(clips, clean, config.rewarded == CLEAN))
 
 
