@@ -47,6 +47,15 @@ def load_config(cls: type[T], path: Path, overrides: list[str] | None = None) ->
         raise InputError(f"{path}: {' '.join(str(error).split())}") from None
 
 
+def read_value(path: Path, key: str) -> object:
+    """Return the value of a key at the top of a YAML file; None where there is no such key, or no such file of YAML."""
+    try:
+        written = OmegaConf.load(path)
+        return written.get(key) if isinstance(written, DictConfig) else None
+    except (OSError, OmegaConfBaseException, YAMLError, ValueError):
+        return None
+
+
 def save_config(config: Any, path: Path) -> None:
     """Write a resolved config as YAML."""
     path.write_text(OmegaConf.to_yaml(OmegaConf.structured(config)))

@@ -10,7 +10,12 @@ from configs.load import load_config
 
 
 def run_training(
-    program: str, description: str, example: str, config_class: type[Any], train: Callable[[Any, bool], object], arguments: list[str] | None
+    program: str,
+    description: str,
+    example: str,
+    config_class: Callable[[Path], type[Any]],
+    train: Callable[[Any, bool], object],
+    arguments: list[str] | None,
 ) -> int:
     """Run a training as the command line asks; return the exit code.
 
@@ -18,7 +23,7 @@ def run_training(
         program: Name of its module.
         description: What it does, for ``--help``.
         example: Config file of the project, for ``--help``.
-        config_class: Of its config; has ``name`` and ``runs_dir``.
+        config_class: Returns the class of the config that a file holds; has ``name`` and ``runs_dir``.
         train: Takes the config, and whether the run goes on.
         arguments: Of the command line; the process' own if None.
     """
@@ -30,9 +35,9 @@ def run_training(
     return exit_code_of(lambda: _run(options, config_class, train))
 
 
-def _run(options: argparse.Namespace, config_class: type[Any], train: Callable[[Any, bool], object]) -> None:
-    config = load_config(config_class, options.config, options.overrides)
+def _run(options: argparse.Namespace, config_class: Callable[[Path], type[Any]], train: Callable[[Any, bool], object]) -> None:
+    config = load_config(config_class(options.config), options.config, options.overrides)
     of_run = Path(config.runs_dir) / config.name / "config.yaml"
     if options.resume and of_run.is_file():  # a run goes on as it began, but for what is typed now
-        config = load_config(config_class, of_run, options.overrides)
+        config = load_config(type(config), of_run, options.overrides)
     train(config, options.resume)

@@ -26,7 +26,7 @@ def fingerprint(settings: Mapping[str, object], source: str, mapping: str) -> st
     rooms = Path(inspect.getfile(BodyMotion)).parent, Path(__file__).parent
     code = [
         *sorted(rooms[0].glob("*.py")),
-        *(rooms[1] / name for name in ("fingerprint.py", "motion_cache.py", "motions.py", "root_data.py", "roots.py")),
+        *(rooms[1] / name for name in ("fingerprint.py", "lobstr_data.py", "motion_cache.py", "motions.py", "root_data.py", "roots.py")),
     ]
     code += [rooms[1].parent / "envs" / name for name in ("feed_forward.py", "humanoid_mjcf.py")]
     code += [*sorted(WEIGHTS.parent.glob("*.py")), *sorted(WEIGHTS.glob("*.safetensors"))]  # roots may be theirs

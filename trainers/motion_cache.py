@@ -19,7 +19,8 @@ def write_prepared(path: Path, clips: Sequence[ClipInfo], arrays: Mapping[str, n
     """Write prepared motion; other processes see all of it or nothing."""
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_suffix(f".{os.getpid()}.tmp")
-    save_file(dict(arrays), temporary, metadata={"clips": json.dumps([asdict(clip) for clip in clips]), "fps": json.dumps(fps)})
+    contiguous = {name: np.ascontiguousarray(array) for name, array in arrays.items()}  # safetensors mixes up the axes of others
+    save_file(contiguous, temporary, metadata={"clips": json.dumps([asdict(clip) for clip in clips]), "fps": json.dumps(fps)})
     temporary.replace(path)
 
 

@@ -92,7 +92,7 @@ def _save(folder: Path, learner: PpoLearner, pool: RolloutPool, motions: Prepare
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; return the exit code."""
     description = "Train a policy that mimics motion under physics."
-    return run_training("trainers.ppo", description, "configs/mixed.yaml", PpoConfig, train, arguments)
+    return run_training("trainers.ppo", description, "configs/mixed.yaml", lambda _: PpoConfig, train, arguments)
 
 
 if __name__ == "__main__":

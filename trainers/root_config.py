@@ -91,6 +91,7 @@ class RootConfig:
     """One training run of a root model.
 
     Attributes:
+        learns: "root", which tells this config from others that ``trainers.supervised`` takes.
         name: The run's folder under ``runs_dir``.
         runs_dir: Folder of all runs.
         data: Which motion.
@@ -103,6 +104,7 @@ class RootConfig:
         seed: Of the network and the order of windows.
     """
 
+    learns: str = "root"
     name: str = "root"
     runs_dir: str = "runs"
     data: RootDataConfig = field(default_factory=RootDataConfig)
@@ -116,6 +118,7 @@ class RootConfig:
 
     def __post_init__(self) -> None:
         """Check the values."""
+        require(self.learns == "root", "learns", f"'{self.learns}'", "root, or lower_body in a LoBSTr network's config")
         for name in ("samples", "evaluate_every", "checkpoint_every"):
             require(getattr(self, name) >= 1, name, getattr(self, name), "1 or more")
         sequence, batch = self.learner.sequence, self.learner.batch

@@ -41,6 +41,11 @@ class RootLearner:
         self.model.fit_normalisation(*self._windows(self._training, self._draw(STATISTICS)))
         self.optimiser = torch.optim.Adam(self.model.parameters(), lr=self.config.learning_rate, weight_decay=self.config.weight_decay)
 
+    @property
+    def samples(self) -> int:
+        """Windows of an update."""
+        return self.config.batch
+
     def learning_rate(self, progress: float) -> float:
         """Return Adam's rate at a share ``progress`` of the training."""
         return self.config.learning_rate + progress * (self.config.final_learning_rate - self.config.learning_rate)

@@ -1,49 +1,151 @@
-"""Trains a root model: ``python -m trainers.supervised --config configs/root3d.yaml [key.sub=value ...] [--resume]``."""
+"""Trains a network: ``python -m trainers.supervised --config configs/root3d.yaml [key.sub=value ...] [--resume]``."""
 
 import sys
 import time
-from dataclasses import asdict, replace
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import Any, Protocol
 
 import torch
 
 from configs.errors import InputError
-from configs.load import save_config
+from configs.load import read_value, save_config
+from datasets.motion_library import ClipInfo
 from trainers.checkpoint import load_newest, save_checkpoint
 from trainers.command_line import run_training
+from trainers.lobstr_config import LobstrConfig
+from trainers.lobstr_data import prepare_lobstr_data
+from trainers.lobstr_learner import LobstrLearner
 from trainers.progress import Clock, Stop
 from trainers.root_config import RootConfig
-from trainers.root_data import RootData, prepare_root_data
+from trainers.root_data import prepare_root_data
 from trainers.root_learner import RootLearner
 from trainers.run_folder import make_folder, move_aside
 from trainers.run_log import RunLog, commit_of_code, make_console
 
 LOGGED_EVERY = 100  # batches
+Config = RootConfig | LobstrConfig
 
 
-def train(config: RootConfig, resume: bool) -> Path:
+class Clips(Protocol):
+    """Motion of which the clips are known."""
+
+    @property
+    def clips(self) -> tuple[ClipInfo, ...]:
+        """What is known of each."""
+        ...
+
+
+class Data(Protocol):
+    """What a run trains and selects on."""
+
+    @property
+    def training(self) -> Clips:
+        """Clips to learn from."""
+        ...
+
+    @property
+    def held_out(self) -> str:
+        """The held-out performer, or "none"."""
+        ...
+
+    @property
+    def identity(self) -> str:
+        """What tells this motion from another."""
+        ...
+
+
+class Network(Protocol):
+    """A network that writes itself."""
+
+    def parameters(self) -> Any:
+        """Return what is learnt."""
+        ...
+
+    def save(self, path: Path, card: dict[str, Any]) -> None:
+        """Write it with its card."""
+        ...
+
+
+class Learner(Protocol):
+    """Owner of a network that is trained."""
+
+    @property
+    def model(self) -> Network:
+        """The network."""
+        ...
+
+    @property
+    def samples(self) -> int:
+        """Samples of an update."""
+        ...
+
+    def update(self, progress: float) -> torch.Tensor:
+        """Improve the network on one batch; return its loss."""
+        ...
+
+    def score(self) -> dict[str, float]:
+        """Return errors on the held-out performer, "loss" among them."""
+        ...
+
+    def get_state(self) -> dict[str, Any]:
+        """Return everything that the next update depends on."""
+        ...
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Go back to a state."""
+        ...
+
+
+@dataclass(frozen=True)
+class Job:
+    """Something that can be learnt.
+
+    Attributes:
+        config: Class of its config, which says so in ``learns``.
+        prepare: Takes ``config.data``, the folder of prepared motion and who is told of it.
+        learner: Takes the config and what ``prepare`` returned.
+        sample: What is counted, in the plural.
+        lasting: Settings of the learner that a run keeps when it goes on.
+    """
+
+    config: type[Config]
+    prepare: Callable[..., Data]
+    learner: Callable[..., Learner]
+    sample: str
+    lasting: tuple[str, ...] = ()
+
+
+JOBS = {
+    "root": Job(RootConfig, prepare_root_data, RootLearner, "windows", ("loss",)),
+    "lower_body": Job(LobstrConfig, prepare_lobstr_data, LobstrLearner, "frames"),
+}
+
+
+def train(config: Config, resume: bool) -> Path:
     """Run a training to its end, or until it is asked to stop; return the run's folder."""
     console = make_console()
-    folder = Path(config.runs_dir) / config.name
+    job, folder = JOBS[config.learns], Path(config.runs_dir) / config.name
     if resume and load_newest(folder / "checkpoints") is None:
         raise InputError(f"there is no checkpoint to resume in {folder}/checkpoints; start without --resume")
     make_folder(Path(config.runs_dir))  # before minutes are spent
-    data = prepare_root_data(config.data, Path(config.runs_dir) / "cache", console.print)
-    learner = RootLearner(config, data)
+    data = job.prepare(config.data, Path(config.runs_dir) / "cache", console.print)
+    learner = job.learner(config, data)
     if not resume:
         move_aside(folder, console.print)
     make_folder(folder)
     clock = _resume(folder, learner, config, data) if resume else Clock()
     save_config(config, folder / "config.yaml")
     log = RunLog(folder, console, clock.samples)
-    log.say(f"{config.model.network}, {sum(p.numel() for p in learner.model.parameters()):,} parameters; code {commit_of_code()}")
+    log.say(f"{config.name}, {sum(p.numel() for p in learner.model.parameters()):,} parameters; code {commit_of_code()}")
     stop = Stop(log.say)
     losses: list[torch.Tensor] = []
     while clock.progress(config) < 1.0 and not stop.asked:
         begin = time.monotonic()
         losses.append(learner.update(clock.progress(config)))
         spent = time.monotonic() - begin
-        clock = replace(clock, iteration=clock.iteration + 1, samples=clock.samples + config.learner.batch, seconds=clock.seconds + spent)
+        clock = replace(clock, iteration=clock.iteration + 1, samples=clock.samples + learner.samples, seconds=clock.seconds + spent)
         if clock.iteration % LOGGED_EVERY == 0:
             _log(log, clock, config, losses)
         if clock.progress(config) >= 1.0 or clock.iteration % config.evaluate_every == 0:
@@ -57,26 +159,27 @@ def train(config: RootConfig, resume: bool) -> Path:
     return folder
 
 
-def _log(log: RunLog, clock: Clock, config: RootConfig, losses: list[torch.Tensor]) -> None:
+def _log(log: RunLog, clock: Clock, config: Config, losses: list[torch.Tensor]) -> None:
     """Write the mean loss since the last time, and a line of progress."""
     loss = float(torch.stack(losses).mean())
     losses.clear()
+    sample = JOBS[config.learns].sample
     speed = clock.samples / max(clock.seconds, 1e-9)
-    log.write(clock.samples, {"training/loss": loss, "speed/windows_per_s": speed})
+    log.write(clock.samples, {"training/loss": loss, f"speed/{sample}_per_s": speed})
     done = clock.progress(config)
     log.say_sometimes(
-        f"{done:5.1%}  {clock.samples / 1e6:7.2f} M windows  {speed:6.0f} windows/s  {clock.time_left(config)}   loss {loss:.4f}"
+        f"{done:5.1%}  {clock.samples / 1e6:7.2f} M {sample}  {speed:6.0f} {sample}/s  {clock.time_left(config)}   loss {loss:.4f}"
     )
 
 
-def _evaluate(learner: RootLearner, data: RootData, config: RootConfig, clock: Clock, log: RunLog, folder: Path) -> Clock:
+def _evaluate(learner: Learner, data: Data, config: Config, clock: Clock, log: RunLog, folder: Path) -> Clock:
     """Score the model on the held-out performer and keep it if it is the best so far."""
     begin = time.monotonic()
     score = learner.score()
     better = -score["loss"] > clock.best
     log.write(clock.samples, {f"held_out/{name}": value for name, value in score.items()})
     text = "  ".join(f"{name} {value:.4f}" for name, value in score.items())
-    log.say(f"held out{', best' if better else ''} at {clock.samples / 1e6:.2f} M windows:   {text}")
+    log.say(f"held out{', best' if better else ''} at {clock.samples / 1e6:.2f} M {JOBS[config.learns].sample}:   {text}")
     clock = replace(clock, best=max(-score["loss"], clock.best), seconds=clock.seconds + time.monotonic() - begin)
     if better:
         (folder / "best").mkdir(exist_ok=True)
@@ -84,7 +187,7 @@ def _evaluate(learner: RootLearner, data: RootData, config: RootConfig, clock: C
     return clock
 
 
-def _card(data: RootData, config: RootConfig, clock: Clock, score: dict[str, float]) -> dict[str, object]:
+def _card(data: Data, config: Config, clock: Clock, score: dict[str, float]) -> dict[str, object]:
     clips = data.training.clips
     source = "/".join(Path(config.data.motions).parts[-2:])  # not where on this machine
     return {
@@ -95,21 +198,22 @@ def _card(data: RootData, config: RootConfig, clock: Clock, score: dict[str, flo
         "performers": sorted({clip.performer for clip in clips}),
         "held_out": data.held_out,
         "held_out_metrics": score,
-        "windows": clock.samples,
+        JOBS[config.learns].sample: clock.samples,
         "hours": clock.seconds / 3600.0,
         "code": commit_of_code(),
     }
 
 
-def _made_of(config: RootConfig, data: RootData) -> dict[str, object]:
+def _made_of(config: Config, data: Data) -> dict[str, object]:
     """Return what a run that goes on must have in common with its beginning."""
     settings = {f"model.{name}": value for name, value in asdict(config.model).items()}
     chosen = ("motions", "mapping", "kinds", "test")  # what they choose is known by the clips
     settings |= {f"data.{name}": value for name, value in asdict(config.data).items() if name not in chosen}
-    return {**settings, "learner.loss": config.learner.loss, "data.motions": data.identity}
+    settings |= {f"learner.{name}": getattr(config.learner, name) for name in JOBS[config.learns].lasting}
+    return {**settings, "data.motions": data.identity}
 
 
-def _resume(folder: Path, learner: RootLearner, config: RootConfig, data: RootData) -> Clock:
+def _resume(folder: Path, learner: Learner, config: Config, data: Data) -> Clock:
     """Put the learner into the state of the newest checkpoint; return its clock."""
     newest = load_newest(folder / "checkpoints")
     assert newest is not None  # train looked
@@ -123,8 +227,13 @@ def _resume(folder: Path, learner: RootLearner, config: RootConfig, data: RootDa
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; return the exit code."""
-    description = "Train a network that gives clips a root."
-    return run_training("trainers.supervised", description, "configs/root3d.yaml", RootConfig, train, arguments)
+    description = "Train a network that gives clips a root, or one that gives trackers a lower body."
+    return run_training("trainers.supervised", description, "configs/root3d.yaml", config_class, train, arguments)
+
+
+def config_class(path: Path) -> type[Config]:
+    """Return the class of the config in a file, by what it ``learns``; a root model's where the file does not say or is broken."""
+    return JOBS.get(str(read_value(path, "learns")), JOBS["root"]).config
 
 
 if __name__ == "__main__":

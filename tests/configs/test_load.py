@@ -8,7 +8,7 @@ import pytest
 from configs.errors import InputError
 from configs.load import load_config, save_config
 from trainers.ppo_config import PpoConfig
-from trainers.root_config import RootConfig
+from trainers.supervised import config_class
 
 CONFIGS = sorted((Path(__file__).parents[2] / "configs").glob("*.yaml"))
 
@@ -94,7 +94,7 @@ def test_missing_file_names_those_that_exist(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("path", CONFIGS, ids=lambda path: path.name)
 def test_every_config_of_the_project_loads(path: Path) -> None:
-    config = load_config(RootConfig if path.stem in ("root3d", "planar") else PpoConfig, path)
+    config = load_config(config_class(path) if path.stem in ("root3d", "planar", "lobstr") else PpoConfig, path)
     assert config.name == path.stem
 
 
