@@ -10,7 +10,8 @@ from torch import nn
 from agents.lobstr_encoders import make_encoder
 from agents.lobstr_spec import LobstrSpec
 from agents.network_file import load_network, save_network
-from datasets.lower_body import JOINTS, SIX
+from datasets.lower_body import JOINTS, SIX, from_six, pelvis_tilt, to_six, turned_legs
+from datasets.rotation import Array
 
 POSE = len(JOINTS) * SIX
 FLOOR = 1e-4  # least standard deviation of a feature: what hardly varies is not blown up
@@ -20,12 +21,42 @@ class LowerBody(NamedTuple):
     """What the network says of frames.
 
     Attributes:
-        pose: Forward and up axes of the eight joints, neither unit nor square yet, shape (..., 48).
+        pose: Forward and up axes of the eight joints, neither unit nor square yet; ``leg_matrices`` says what they mean; (..., 48).
         contact: Logits of each toe-base without and with contact, shape (..., 2, 2).
     """
 
     pose: torch.Tensor
     contact: torch.Tensor
+
+
+def pose_targets(spec: LobstrSpec, poses: Array, pelvis: Array) -> Array:
+    """Return what a network is to predict (..., 48), of NumPy or torch.
+
+    Args:
+        spec: Of the network.
+        poses: Forward and up axes of the eight joints against their parents, shape (..., 48).
+        pelvis: Its rotations in the world, shape (..., 4).
+    """
+    if not spec.upright:
+        return poses
+    legs = turned_legs(_legs(poses), pelvis_tilt(pelvis))
+    return to_six(legs).reshape(poses.shape)
+
+
+def leg_matrices(spec: LobstrSpec, predicted: Array, pelvis: Array) -> Array:
+    """Return rotation matrices (..., 8, 3, 3) of the eight joints against their parents, of NumPy or torch.
+
+    Args:
+        spec: Of the network.
+        predicted: By it, shape (..., 48).
+        pelvis: Its rotations in the world, shape (..., 4).
+    """
+    legs = _legs(predicted)
+    return turned_legs(legs, pelvis_tilt(pelvis).swapaxes(-1, -2)) if spec.upright else legs
+
+
+def _legs(poses: Array) -> Array:
+    return from_six(poses.reshape(*poses.shape[:-1], len(JOINTS), SIX))
 
 
 class LobstrModel(nn.Module):

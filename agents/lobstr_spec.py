@@ -20,6 +20,8 @@ class LobstrSpec:
         hidden: Size of the encoder's state.
         latent: Size of the latent vector.
         autoregressive: Whether the pose before is an input as well (section 4.1.1).
+        upright: Whether thighs are predicted against the upright reference frame and not against the pelvis (beyond the paper): how a
+            pelvis is tilted differs by 30 degrees between performers and recordings, and the network does not see it.
     """
 
     encoder: str = "gru"
@@ -27,6 +29,7 @@ class LobstrSpec:
     hidden: int = 1024
     latent: int = 128
     autoregressive: bool = False
+    upright: bool = False
 
     def __post_init__(self) -> None:
         """Check the values."""

@@ -5,14 +5,13 @@ The state of the recurrent network is carried from frame to frame, so that a fra
 
 import numpy as np
 import torch
-from scipy.spatial.transform import Rotation
 
 from agents.lobstr_encoders import RecurrentEncoder
-from agents.lobstr_model import LobstrModel
+from agents.lobstr_model import LobstrModel, leg_matrices
 from agents.lobstr_spec import WINDOW
-from datasets.lower_body import JOINTS, SIX, from_six
+from datasets.rotation_matrices import quaternions
 from datasets.tracker_features import tracker_features
-from datasets.trackers import TRACKERS, TrackerPoses
+from datasets.trackers import PELVIS, TRACKERS, TrackerPoses
 
 
 class LowerBodyStream:
@@ -66,6 +65,5 @@ class LowerBodyStream:
         self._state[at] = state
         self._seen[rows] += 1
         body = self._model.read(state)
-        matrices = from_six(body.pose.numpy().reshape(-1, SIX).astype(float))
-        legs = Rotation.from_matrix(matrices).as_quat(scalar_first=True).reshape(len(rows), len(JOINTS), 4)
-        return legs, body.contact.numpy().argmax(-1).astype(bool), self._seen[rows] > WINDOW
+        legs = leg_matrices(self._model.spec, body.pose.numpy().astype(float), joints.rotations[:, PELVIS])
+        return quaternions(legs), body.contact.numpy().argmax(-1).astype(bool), self._seen[rows] > WINDOW

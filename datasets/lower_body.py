@@ -10,7 +10,7 @@ from datasets.foot_contacts import foot_contacts
 from datasets.humanoid import ANKLE_HEIGHT, NAMES, SKELETON
 from datasets.kinematics import body_poses
 from datasets.motion import BodyMotion
-from datasets.rotation import Array, Constant, namespace, normalise
+from datasets.rotation import Array, Constant, about_axis, conjugate, heading, multiply, namespace, normalise, to_matrix
 
 JOINTS: tuple[str, ...] = tuple(f"{joint}_{side}" for side in "lr" for joint in ("hip", "thigh", "shin", "foot"))
 MOVING = [joint for joint, name in enumerate(JOINTS) if not name.startswith("hip")]
@@ -19,6 +19,7 @@ TOES = [NAMES.index(f"toe_{side}") for side in "lr"]
 SIX = 6  # numbers of a rotation: its forward and its up axis
 TOE_REST = ANKLE_HEIGHT + float(SKELETON.offsets[TOES[0], 2])  # m, height of a toe-base whose sole lies flat on the ground
 CONTACT_HEIGHT = 0.01  # m, above its height at rest, below which a toe-base is in contact (appendix 2, ERRATA)
+_UP = Constant([0.0, 0.0, 1.0])
 _CHAIN = Constant(np.array([SKELETON.offsets[NAMES.index(f"{part}_{side}")] for side in "lr" for part in ("thigh", "shin", "foot", "toe")]))
 
 
@@ -53,6 +54,24 @@ def toe_contacts(motion: BodyMotion) -> np.ndarray:
     heights, stands = body_poses(motion)[0][:, TOES, 2], foot_contacts(motion)
     rest = np.where(stands.any(axis=0), np.nanmedian(np.where(stands | ~stands.any(axis=0), heights, np.nan), axis=0), TOE_REST)
     return heights < rest + CONTACT_HEIGHT
+
+
+def pelvis_tilt(rotations: Array) -> Array:
+    """Return how a pelvis (..., 4) is tilted against the upright reference that faces where it faces, as matrices (..., 3, 3)."""
+    facing = about_axis(_UP.like(rotations), heading(rotations))
+    return to_matrix(multiply(conjugate(facing), rotations))
+
+
+def turned_legs(legs: Array, turn: Array) -> Array:
+    """Return legs whose thighs are told against another frame, the pelvis' or the upright reference's.
+
+    Args:
+        legs: Rotation matrices of the eight joints, shape (..., 8, 3, 3).
+        turn: From the frame that they are told against now to the new one, rotation matrices, shape (..., 3, 3).
+    """
+    thighs = turn[..., None, :, :] @ legs[..., 1::4, :, :]
+    parts = [legs[..., :1, :, :], thighs[..., :1, :, :], legs[..., 2:5, :, :], thighs[..., 1:, :, :], legs[..., 6:, :, :]]
+    return namespace(legs).concat(parts, axis=-3)
 
 
 def to_six(matrices: Array) -> Array:

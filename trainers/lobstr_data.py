@@ -46,9 +46,8 @@ class LobstrFrames(NamedTuple):
 
 @dataclass(frozen=True)
 class LobstrClips:
-    """Frames and what is known of their clips."""
+    """What is known of some of the clips."""
 
-    frames: LobstrFrames
     clips: tuple[ClipInfo, ...]
 
     def starts(self, length: int) -> torch.Tensor:
@@ -61,11 +60,13 @@ class LobstrData:
     """What a run trains and selects on.
 
     Attributes:
+        frames: Of all clips.
         training: All clips but the held-out performer's.
         holdout: Clips of the held-out performer as they were recorded; the training clips where nobody is held out.
         held_out: The held-out performer, or "none".
     """
 
+    frames: LobstrFrames
     training: LobstrClips
     holdout: LobstrClips
     held_out: str
@@ -99,11 +100,11 @@ def prepare_lobstr_data(config: LobstrDataConfig, cache: Path, say: Callable[[st
     real = [clip for clip in clips if clip.system != SYNTHETIC]
     held_out = choose_holdout(clips, pick_holdout(real or clips) if config.holdout == "auto" else config.holdout)
     frames = LobstrFrames(**{name: torch.from_numpy(array) for name, array in arrays.items()})
-    training = LobstrClips(frames, tuple(clip for clip in clips if clip.performer != held_out))
-    holdout = LobstrClips(frames, tuple(clip for clip in clips if held_out in ("none", clip.performer) and clip.name.endswith("/0")))
+    training = LobstrClips(tuple(clip for clip in clips if clip.performer != held_out))
+    holdout = LobstrClips(tuple(clip for clip in clips if held_out in ("none", clip.performer) and clip.name.endswith("/0")))
     minutes = sum(clip.frames for clip in clips) / RATE / 60.0
     say(f"{len(clips)} performances, {minutes:.0f} minutes, of {len({clip.performer for clip in clips})} performers; held out: {held_out}")
-    return LobstrData(training, holdout, held_out)
+    return LobstrData(frames, training, holdout, held_out)
 
 
 def _performances(config: LobstrDataConfig) -> list[BodyMotion]:

@@ -5,15 +5,16 @@ from typing import Any
 import torch
 from torch.nn import functional
 
-from agents.lobstr_model import LobstrModel, LowerBody
+from agents.lobstr_model import LobstrModel, LowerBody, pose_targets
 from agents.lobstr_spec import WINDOW
 from configs.errors import InputError
 from datasets.lower_body import JOINTS, SIX, from_six, toe_positions
 from datasets.rotation import about_axis, multiply, rotate
 from datasets.tracker_features import tracker_features
+from datasets.trackers import PELVIS
 from trainers.learner_state import get_state, set_state
 from trainers.lobstr_config import LobstrConfig
-from trainers.lobstr_data import LobstrClips, LobstrData
+from trainers.lobstr_data import LobstrData
 
 STATISTICS = 512  # pieces from which the normalisation is taken
 SCORED = 512  # pieces of the held-out performer that a score looks at
@@ -29,14 +30,15 @@ class LobstrLearner:
         self.config = config.learner
         self.model = LobstrModel(config.model)
         self.random = torch.Generator().manual_seed(config.seed)
-        self._data, self._length = data, WINDOW + self.config.predicted  # one more than features: they are differences
+        self._length = WINDOW + self.config.predicted  # one more than features: they are differences
+        self._frames = data.frames._replace(poses=pose_targets(config.model, data.frames.poses, data.frames.rotations[:, PELVIS]))
         self._starts, scored = data.training.starts(self._length), data.holdout.starts(self._length)
         for name, starts in (("training", self._starts), ("held-out", scored)):
             if not len(starts):
                 raise InputError(f"no {name} clip has {self._length} frames at 45 Hz; take longer clips or a smaller learner.predicted")
         self._scored = scored[:: max(1, -(-len(scored) // SCORED))]
         starts = self._draw(STATISTICS)
-        self.model.fit_normalisation(self._features(data.training, starts, noisy=True), data.training.frames.poses[starts])
+        self.model.fit_normalisation(self._features(starts, noisy=True), self._frames.poses[starts])
         self.optimiser = torch.optim.Adam(self.model.parameters(), lr=self.config.learning_rate)
 
     @property
@@ -57,7 +59,7 @@ class LobstrLearner:
         for group in self.optimiser.param_groups:
             group["lr"] = self.learning_rate(progress)
         self.model.train()
-        loss = self._losses(self._data.training, self._draw(self.config.batch), noisy=True)["loss"]
+        loss = self._losses(self._draw(self.config.batch), noisy=True)["loss"]
         self.optimiser.zero_grad()
         loss.backward()
         self.optimiser.step()
@@ -67,16 +69,16 @@ class LobstrLearner:
     def score(self) -> dict[str, float]:
         """Return the errors on pieces of the held-out performer with perfect trackers."""
         self.model.eval()
-        parts = [self._losses(self._data.holdout, starts, noisy=False) for starts in self._scored.split(64)]
+        parts = [self._losses(starts, noisy=False) for starts in self._scored.split(64)]
         weights = [len(starts) / len(self._scored) for starts in self._scored.split(64)]
         return {name: float(sum(w * part[name] for w, part in zip(weights, parts, strict=True))) for name in parts[0]}
 
-    def _losses(self, clips: LobstrClips, starts: torch.Tensor, noisy: bool) -> dict[str, torch.Tensor]:
+    def _losses(self, starts: torch.Tensor, noisy: bool) -> dict[str, torch.Tensor]:
         """Return the loss of pieces, and what it is about in numbers that mean something."""
         rows = starts[:, None] + torch.arange(WINDOW, self._length)
-        poses, contacts = clips.frames.poses[rows], clips.frames.contacts[rows].long()
-        before = clips.frames.poses[rows - 1] if self.model.spec.autoregressive else None
-        features = self._features(clips, starts, noisy)
+        poses, contacts = self._frames.poses[rows], self._frames.contacts[rows].long()
+        before = self._frames.poses[rows - 1] if self.model.spec.autoregressive else None
+        features = self._features(starts, noisy)
         with torch.autocast("cpu", torch.bfloat16, enabled=self.config.half):
             predicted = LowerBody(*(part.float() for part in self.model(features, before)))
         toes, true_toes = _toes(predicted.pose), _toes(poses)
@@ -95,10 +97,10 @@ class LobstrLearner:
         """Return the starts of random pieces: long clips are drawn as often as they have frames (appendix 3)."""
         return self._starts[torch.randint(len(self._starts), (count,), generator=self.random)]
 
-    def _features(self, clips: LobstrClips, starts: torch.Tensor, noisy: bool) -> torch.Tensor:
+    def _features(self, starts: torch.Tensor, noisy: bool) -> torch.Tensor:
         """Return what is seen of pieces, shape (B, ``WINDOW`` - 1 + predicted, F)."""
         rows = starts[:, None] + torch.arange(self._length)
-        trackers = clips.frames.positions[rows], clips.frames.rotations[rows]
+        trackers = self._frames.positions[rows], self._frames.rotations[rows]
         positions, rotations = self._disturb(*trackers) if noisy else trackers
         return tracker_features(self.model.spec.inputs, (positions[:, :-1], rotations[:, :-1]), (positions[:, 1:], rotations[:, 1:]))
 
