@@ -39,6 +39,7 @@ class Speed:
         rates: Of each contender in each round, by name, shape (rounds,).
         ours: Name of the contender that the others are compared with.
         peers: Names of the contenders that do the same job by other means.
+        waits: Of contenders of which somebody waits for each call, seconds of the calls of all rounds, by name, shape (calls,).
     """
 
     benchmark: str
@@ -47,10 +48,18 @@ class Speed:
     rates: dict[str, np.ndarray]
     ours: str
     peers: Sequence[str] = field(default_factory=tuple)
+    waits: dict[str, np.ndarray] = field(default_factory=dict)
 
     def rate(self, name: str) -> float:
         """Return the median rate of a contender."""
         return float(np.median(self.rates[name]))
+
+    def wait(self, name: str) -> tuple[float, float] | None:
+        """Return the median and the 99th percentile of how long a contender's call takes [ms], where that was measured."""
+        if name not in self.waits:
+            return None
+        middle, late = np.percentile(self.waits[name], [50, 99])
+        return 1e3 * float(middle), 1e3 * float(late)
 
     def ratio(self, name: str, other: str) -> float:
         """Return the median over the rounds of how many times quicker a contender was than another in the same round."""
@@ -64,6 +73,7 @@ class Speed:
                 "rate": self.rate(one.name),
                 "limit": one.limit or None,
                 "ratio": self.ratio(one.name, one.limit) if one.limit else None,
+                **({"median_ms": wait[0], "p99_ms": wait[1]} if (wait := self.wait(one.name)) else {}),
             }
             for one in self.contenders
         }
@@ -86,13 +96,14 @@ class Speed:
             caption=f"medians of {rounds} interleaved rounds; ratios are medians of each round's own; ours is {self.ours}",
         )
         table.add_column("what")
-        for column in (self.unit, "of its limit", "ours over it"):
+        for column in (self.unit, "of its limit", "ours over it", *(("median ms", "99 % ms") if self.waits else ())):
             table.add_column(column, justify="right")
         for one in self.contenders:
             share = f"{self.ratio(one.name, one.limit):.2f}" if one.limit else ""
             times = f"{self.ratio(self.ours, one.name):.2f}"
             rate = self.rate(one.name)
-            table.add_row(f"[bold]{one.name}[/]\n{one.what}", f"{rate:,.0f}" if rate >= 100.0 else f"{rate:.3g}", share, times)
+            waits = (f"{wait:.2f}" for wait in self.wait(one.name) or ())
+            table.add_row(f"[bold]{one.name}[/]\n{one.what}", f"{rate:,.0f}" if rate >= 100.0 else f"{rate:.3g}", share, times, *waits)
         return table
 
 

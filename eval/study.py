@@ -9,6 +9,7 @@ from pathlib import Path
 from configs.command import exit_code_of
 from eval.clean_study import clean_study
 from eval.files import check_out, write_whole
+from eval.lobstr_study import lobstr_study
 from eval.policy_study import configuration_study, mixture_study
 from eval.root_study import root_study
 from eval.study_page import Group, Study, study_page, study_text
@@ -17,6 +18,7 @@ from eval.suit_study import suit_study
 STUDIES: dict[str, Callable[[Path, Path], Study]] = {
     "clean": clean_study,
     "configuration": configuration_study,
+    "lobstr": lobstr_study,
     "mixture": mixture_study,
     "root": root_study,
     "suit": lambda data, out: Study(suit_study(data)),

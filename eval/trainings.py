@@ -10,12 +10,13 @@ from typing import Any, Generic, TypeVar
 from configs.errors import InputError
 from configs.load import load_config
 from trainers.checkpoint import load_newest
+from trainers.lobstr_config import LobstrConfig
 from trainers.ppo_config import PpoConfig
 from trainers.progress import Clock
 from trainers.root_config import RootConfig
 
 CONFIGS = Path(inspect.getfile(load_config)).parent
-Config = TypeVar("Config", PpoConfig, RootConfig)
+Config = TypeVar("Config", PpoConfig, RootConfig, LobstrConfig)
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,7 @@ class Program(Generic[Config]):
 
 
 SUPERVISED = Program("trainers.supervised", RootConfig, "best/model.safetensors")
+LOWER_BODY = Program("trainers.supervised", LobstrConfig, "best/model.safetensors")
 PPO = Program("trainers.ppo", PpoConfig, "best/policy.safetensors")
 
 

@@ -97,11 +97,11 @@ def prepare_lobstr_data(config: LobstrDataConfig, cache: Path, say: Callable[[st
         write_prepared(path, clips, arrays, RATE)
     else:
         clips, arrays, _ = prepared
-    real = [clip for clip in clips if clip.system != SYNTHETIC]
-    held_out = choose_holdout(clips, pick_holdout(real or clips) if config.holdout == "auto" else config.holdout)
+    as_recorded = tuple(clip for clip in clips if clip.name.endswith("/0"))
+    held_out = choose_holdout(clips, pick_holdout(as_recorded) if config.holdout == "auto" else config.holdout)
     frames = LobstrFrames(**{name: torch.from_numpy(array) for name, array in arrays.items()})
     training = LobstrClips(tuple(clip for clip in clips if clip.performer != held_out))
-    holdout = LobstrClips(tuple(clip for clip in clips if held_out in ("none", clip.performer) and clip.name.endswith("/0")))
+    holdout = LobstrClips(tuple(clip for clip in as_recorded if held_out in ("none", clip.performer)))
     minutes = sum(clip.frames for clip in clips) / RATE / 60.0
     say(f"{len(clips)} performances, {minutes:.0f} minutes, of {len({clip.performer for clip in clips})} performers; held out: {held_out}")
     return LobstrData(frames, training, holdout, held_out)

@@ -1,0 +1,91 @@
+"""Plays a clip to the live service as the trackers of a virtual user, at true speed: ``python -m eval.live_replay CLIP``."""
+
+import argparse
+import asyncio
+import sys
+
+import numpy as np
+from rich.markup import escape
+
+from configs.command import exit_code_of
+from configs.errors import InputError, require
+from datasets.motion import BodyMotion
+from datasets.sources import load_clips
+from datasets.trackers import RATE
+from eval.live import PORT
+from eval.live_client import Played, play
+from eval.live_page import HOST
+from eval.live_performer import Performance, perform, score
+from trainers.run_log import make_console
+
+HEIGHT = 171  # cm, of one of the paper's users
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line; return the exit code."""
+    made = argparse.ArgumentParser(prog="python -m eval.live_replay", description="Play a clip to the live service, without hardware.")
+    made.add_argument("source", metavar="CLIP", help="a BVH or MVNX file, a folder of them, or 'synthetic'")
+    made.add_argument("--name", metavar="CLIP", help="which clip, where the source holds several (default: the longest)")
+    made.add_argument("--host", default=HOST, help=f"where the service is (default: {HOST})")
+    made.add_argument("--port", type=int, default=PORT, help=f"its port (default: {PORT})")
+    made.add_argument("--height", type=float, default=HEIGHT, metavar="CM", help=f"of the virtual user (default: {HEIGHT})")
+    made.add_argument("--seed", type=int, default=0, help="of how the trackers are worn and of their noise (default: 0)")
+    made.add_argument("--speed", type=float, default=1.0, help="frames come so many times as quickly (default: 1)")
+    options = made.parse_args(arguments)
+    return exit_code_of(lambda: _run(options))
+
+
+def _run(options: argparse.Namespace) -> None:
+    require(0 < options.port < 65536, "--port", options.port, "a port, 1 to 65535")
+    require(100.0 <= options.height <= 230.0, "--height", options.height, "100 to 230 cm")
+    require(0.01 <= options.speed <= 100.0, "--speed", options.speed, "0.01 to 100")
+    require(options.seed >= 0, "--seed", options.seed, "0 or more")
+    clip = choose(load_clips(options.source, fps=RATE), options.name)
+    performance = perform(clip, options.height / 100.0, options.seed)
+    console = make_console()
+    console.print(
+        escape(f"{clip.name}: {clip.seconds:.1f} s as a user of {options.height:g} cm, T-pose first, to {options.host} port {options.port}")
+    )
+    with console.status("playing"):
+        played = asyncio.run(play(performance.trackers, options.host, options.port, options.speed, clip.name))
+    for line in report(performance, played):
+        console.print(escape(line))
+    if not played.answers:
+        raise InputError("the service answered no frame")
+
+
+def choose(clips: list[BodyMotion], name: str | None) -> BodyMotion:
+    """Return the clip of that name, or the longest.
+
+    Raises:
+        InputError: If there is none of that name.
+    """
+    named = [clip for clip in clips if name in (None, clip.name)]
+    if not named:
+        raise InputError(f"--name {name}: no such clip; there are {', '.join(clip.name for clip in clips[:20])}")
+    return max(named, key=len)
+
+
+def report(done: Performance, played: Played) -> list[str]:
+    """Return what people want to know of a replay."""
+    lines = [f"service: {text}" for text in played.told]
+    if not played.answers:
+        return lines
+    delays, own = np.percentile(played.delays, [50, 99]), [answer["latency_ms"] for answer in played.answers.values()]
+    lines.append(f"{len(played.answers)} of {len(played.sent)} frames answered, {played.rate:.1f} frames/s sent")
+    lines.append(f"from sending to answer: median {delays[0]:.2f} ms, 99th percentile {delays[1]:.2f} ms")
+    lines.append(f"of which the service: median {np.median(own):.2f} ms, 99th percentile {np.percentile(own, 99):.2f} ms")
+    live = [number for number, answer in played.answers.items() if answer["state"] == "live" and number >= done.first]
+    if live:
+        parts = [np.array([played.answers[number][key] for number in live]) for key in ("root", "rotations", "contacts")]
+        found = score(done, np.array(live) - done.first, *parts)
+        lines.append(
+            f"toes: {100 * found.toe_error:.1f} cm from the truth with the pelvis in place, "
+            f"{100 * found.toe_error_world:.1f} cm in the world; "
+            f"contacts right in {100 * found.contact_accuracy:.1f} % ({found.frames} live frames of the clip)"
+        )
+    return lines
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,197 @@
+"""Which findings of the LoBSTr paper (section 4) the rows of its study repeat.
+
+The rule stands before any row is known: one row is better than another where their means differ by more than their two standard
+deviations over seeds together, so that the ranges "mean ± std" do not touch. What is closer is undecided. A finding that two rows do
+not differ is reproduced where they are undecided.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from eval.lobstr_rows import (
+    AUTOREGRESSIVE,
+    CNN,
+    COMBINED,
+    COMMONER,
+    FC,
+    GRU,
+    HEIGHTS,
+    LOST_FEET,
+    LSTM,
+    MEAN_POSE,
+    PK,
+    POSE,
+    RNN,
+    SHIPPED,
+    TABLE_1,
+    UPRIGHT,
+    P,
+    user_row,
+)
+
+MORE_IS_BETTER = ("contact_accuracy", "body_movement")
+UNITS = {"contact_accuracy": "%", "rotational_error": "deg", "body_movement": "deg", "toe_velocity_error": "cm/s"}  # others: cm
+Finding = dict[str, Any]
+Found = Iterator[tuple[str, bool]]
+
+
+class _Rows:
+    """The rows by name, to be compared."""
+
+    def __init__(self, rows: Sequence[dict[str, Any]]) -> None:
+        self._ours = {row["name"]: row["ours"] for row in rows}
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._ours
+
+    def has(self, name: str, measure: str) -> bool:
+        """Return whether a row has a measure."""
+        return measure in self._ours[name]
+
+    def mean(self, name: str, measure: str) -> float:
+        """Return the mean of a measure."""
+        return self._ours[name][measure]["mean"]
+
+    def order(self, names: Sequence[str], measure: str) -> list[str]:
+        """Return rows from the best to the worst by their means."""
+        return sorted(names, key=lambda name: -_sign(measure) * self.mean(name, measure))
+
+    def better(self, name: str, other: str, measure: str, claim: str) -> tuple[str, bool]:
+        """Return a claim with the numbers behind it, and whether one row is better than another."""
+        lead, spread = self._compared(name, other, measure)
+        verdict = "so it is" if lead > spread else "it is the other way round" if -lead > spread else "undecided, closer than seeds are"
+        return f"{claim}: {self._numbers(name, other, measure)}: {verdict}", lead > spread
+
+    def alike(self, name: str, other: str, measure: str, claim: str) -> tuple[str, bool]:
+        """Return a claim that two rows do not differ, with the numbers behind it, and whether it holds."""
+        lead, spread = self._compared(name, other, measure)
+        verdict = "closer than seeds are" if abs(lead) <= spread else f"{name if lead > 0 else other} is better"
+        return f"{claim}: {self._numbers(name, other, measure)}: {verdict}", abs(lead) <= spread
+
+    def text(self, name: str, measure: str) -> str:
+        """Return mean and standard deviation with unit."""
+        value = self._ours[name][measure]
+        return f"{value['mean']:.2f} ± {value['std']:.2f} {UNITS.get(_plain(measure), 'cm')}"
+
+    def _compared(self, name: str, other: str, measure: str) -> tuple[float, float]:
+        one, two = (self._ours[row][measure] for row in (name, other))
+        return _sign(measure) * (one["mean"] - two["mean"]), one["std"] + two["std"]
+
+    def _numbers(self, name: str, other: str, measure: str) -> str:
+        return f"{measure} {self.text(name, measure)} ({name}) against {self.text(other, measure)} ({other})"
+
+
+def find(rows: Sequence[dict[str, Any]]) -> list[Finding]:
+    """Return each finding with the numbers that decide it."""
+    ask = _Rows(rows)
+    parts = (_encoders, _autoregressive, _losses, _marks, _upright, _representations, _movement, _six_point)
+    return [{"finding": text, "reproduced": bool(reproduced)} for part in parts for text, reproduced in part(ask)]
+
+
+def _encoders(ask: _Rows) -> Found:
+    gated, others = (GRU, LSTM), (FC, CNN, RNN)
+    for measure in TABLE_1:
+        claim = "LSTM and GRU are the best encoders: the worse of the two is better than all others"
+        yield ask.better(ask.order(gated, measure)[-1], ask.order(others, measure)[0], measure, claim)
+    for measure in ("rotational_error", "toe_position_error"):  # by contacts it prefers GRU
+        yield ask.alike(GRU, LSTM, measure, "between LSTM and GRU the difference is not significant")
+    best = ask.order((LSTM, *others), "contact_accuracy")[0]
+    yield ask.better(GRU, best, "contact_accuracy", "GRU tells contacts best")
+    for measure in TABLE_1:
+        yield ask.better(ask.order((*gated, FC, RNN), measure)[-1], CNN, measure, "CNN-1D is the worst encoder")
+    jittery, smooth = (FC, CNN), (*gated, RNN)
+    steadier, restless = (min(jittery, key=lambda row: ask.mean(row, "body_movement")), ask.order(smooth, "body_movement")[0])
+    claim = "encoders without recurrence jitter: the steadier of the two moves more than all recurrent ones"
+    yield ask.better(steadier, restless, "body_movement", claim)
+
+
+def _autoregressive(ask: _Rows) -> Found:
+    share, frames = (ask.mean(AUTOREGRESSIVE, name) for name in ("exploded", "frames_until_explosion"))
+    yield (
+        f"a GRU that gets its own poses back explodes, in the paper after about 120 frames: with {share:.0%} of the seeds it does, after "
+        f"{frames:.0f} frames in the mean (where it never does, those that were tried)",
+        share == 1.0,
+    )
+    yield ask.better(GRU, AUTOREGRESSIVE, "toe_position_error", "running freely it is worse than the GRU alone")
+
+
+def _losses(ask: _Rows) -> Found:
+    position, velocity, angle = "toe_position_error", "toe_velocity_error", "rotational_error"
+    for row, terms in ((PK, "the kinematics term lowers"), (GRU, "both terms together lower")):
+        yield ask.better(row, P, position, f"{terms} the error of toe-bases")
+        yield ask.better(row, P, velocity, f"{terms} the error of their velocities")
+    yield ask.better(GRU, PK, velocity, "the velocity term lowers the error of toe-bases' velocities further")
+    yield ask.better(GRU, PK, position, "the error of toe-bases is least with all terms")
+    for row in (PK, GRU):
+        yield ask.alike(row, P, angle, "the terms do not touch the error of joint angles")
+
+
+def _marks(ask: _Rows) -> Found:
+    for row in (GRU, SHIPPED):
+        if row in ask:
+            for measure, mark in TABLE_1.items():
+                beaten = _sign(measure) * (ask.mean(row, measure) - mark) > 0.0
+                yield (
+                    f"{row}: beats the paper's mark on its own data, {mark:g} {UNITS.get(measure, 'cm')}: {ask.text(row, measure)}",
+                    beaten,
+                )
+            yield ask.better(row, COMMONER, "contact_accuracy", f"{row}: is better than always the commoner class")
+            for measure in ("rotational_error", "toe_position_error"):
+                yield ask.better(row, MEAN_POSE, measure, f"{row}: is better than the mean pose")
+
+
+def _upright(ask: _Rows) -> Found:
+    for measure in ("rotational_error", "toe_position_error"):
+        claim = "beyond the paper: thighs told against the upright frame, not against a pelvis whose tilt is not seen, are told better"
+        yield ask.better(UPRIGHT, GRU, measure, claim)
+
+
+def _representations(ask: _Rows) -> Found:
+    for measure in ("toe_distance_error", "toe_position_error"):
+        best = ask.order((GRU, POSE), measure)[0]
+        yield ask.better(COMBINED, best, measure, "with perfect trackers the combined representation is the best")
+    for height in HEIGHTS:
+        velocity, pose, combined = (user_row(height, how) for how in ("velocity", "pos-ori", "combined"))
+        total = "toe_distance_total"
+        yield ask.better(velocity, pose, total, f"{height} cm, worn trackers: velocities are better than positions and orientations")
+        yield ask.better(velocity, combined, total, f"{height} cm, worn trackers: velocities are better than both together")
+        yield ask.better(pose, combined, total, f"{height} cm, worn trackers: both together are the worst")
+        claim = f"{height} cm: worn trackers and another size cost velocities less than positions and orientations"
+        yield ask.better(velocity, pose, "toe_position_growth", claim)
+        yield ask.better(velocity, pose, "contact_accuracy", f"{height} cm, worn trackers: velocities tell contacts better")
+    yield from _sitting(ask)
+
+
+def _sitting(ask: _Rows) -> Found:
+    """Yield that sitting down is the exception, for two of three users in the paper."""
+    measure = "toe_distance_sit_stand"
+    if all(ask.has(user_row(height, "velocity"), measure) for height in HEIGHTS):
+        compared = [ask.better(user_row(height, "pos-ori"), user_row(height, "velocity"), measure, f"{height} cm") for height in HEIGHTS]
+        better = sum(reproduced for _, reproduced in compared)
+        claim = f"sitting down is the exception: positions and orientations are better for most users (here {better} of {len(HEIGHTS)})"
+        yield f"{claim}; {'; '.join(text for text, _ in compared)}", better > len(HEIGHTS) / 2
+
+
+def _movement(ask: _Rows) -> Found:
+    for height in HEIGHTS:
+        velocity, pose = (user_row(height, how) for how in ("velocity", "pos-ori"))
+        yield ask.better(
+            velocity, pose, "body_movement", f"{height} cm: velocities make the body move more than positions and orientations"
+        )
+
+
+def _six_point(ask: _Rows) -> Found:
+    for height in HEIGHTS:
+        lobstr, lost = user_row(height, "velocity"), user_row(height, LOST_FEET)
+        for measure, when in (("toe_position_error_hidden", "while a foot is hidden"), ("toe_position_error", "over all frames")):
+            yield ask.better(lobstr, lost, measure, f"{height} cm: LoBSTr is more robust than six-point tracking that loses feet, {when}")
+
+
+def _sign(measure: str) -> float:
+    """Return whether more of a measure is better."""
+    return 1.0 if _plain(measure) in MORE_IS_BETTER else -1.0
+
+
+def _plain(measure: str) -> str:
+    """Return a measure's name without what it is of."""
+    return next((name for name in UNITS if measure.startswith(name)), measure)

@@ -1,0 +1,105 @@
+"""A headless Chromium over its debugging pipe, for tests that need a real browser; no driver and no network."""
+
+import base64
+import fcntl
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+FLAGS = (
+    *("--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--hide-scrollbars", "--window-size=1000,700"),
+    *("--no-first-run", "--disable-quic", "--disable-background-networking", "--disable-component-update", "--disable-sync"),
+    *("--disable-extensions", "--remote-debugging-pipe"),
+)
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
+SECONDS = 20.0
+AT_3_AND_4 = "import os, sys; os.dup2(int(sys.argv[1]), 3); os.dup2(int(sys.argv[2]), 4); os.execv(sys.argv[3], sys.argv[3:])"
+
+
+class Browser:
+    """One page; messages go in at one pipe and come out of another, each ended by a zero byte."""
+
+    def __init__(self, into: int, out_of: int) -> None:
+        """Open a page."""
+        self._into, self._out_of, self._number, self._bytes = into, out_of, 0, b""
+        self._session = ""
+        target = self._call("Target.createTarget", url="about:blank")["targetId"]
+        self._session = self._call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+
+    def open(self, address: str) -> None:
+        """Go to an address."""
+        self._call("Page.navigate", url=address)
+
+    def value(self, script: str) -> Any:
+        """Return what an expression is worth on the page."""
+        found = self._call("Runtime.evaluate", expression=script, returnByValue=True)
+        assert "exceptionDetails" not in found, found
+        return found["result"].get("value")
+
+    def until(self, script: str) -> None:
+        """Wait until an expression is true."""
+        end = time.monotonic() + SECONDS
+        while not self.value(script):
+            assert time.monotonic() < end, f"never true: {script}"
+            time.sleep(0.05)
+
+    def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
+        """Drag with the mouse."""
+        for kind, (x, y) in (("mousePressed", start), ("mouseMoved", end), ("mouseReleased", end)):
+            self._call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1)
+
+    def screenshot(self) -> bytes:
+        """Return the page as PNG."""
+        return base64.b64decode(self._call("Page.captureScreenshot", format="png")["data"])
+
+    def _call(self, method: str, **parameters: Any) -> dict[str, Any]:
+        """Call a method of the DevTools protocol and return its result; events are passed over."""
+        self._number += 1
+        message = {"id": self._number, "method": method, "params": parameters}
+        if self._session:
+            message["sessionId"] = self._session
+        os.write(self._into, json.dumps(message).encode() + b"\0")
+        while True:
+            while b"\0" not in self._bytes:
+                read = os.read(self._out_of, 1 << 16)
+                assert read, "the browser is gone"
+                self._bytes += read
+            line, _, self._bytes = self._bytes.partition(b"\0")
+            answer = json.loads(line)
+            if answer.get("id") == self._number:
+                assert "error" not in answer, answer
+                return answer["result"]
+
+
+@contextmanager
+def browser(profile: Path) -> Iterator[Browser]:
+    """Start a browser whose files go to ``profile``; skips the test where there is none."""
+    found = next((path for name in NAMES if (path := shutil.which(name))), None)
+    if found is None:
+        pytest.skip(f"needs a browser: none of {', '.join(NAMES)} is installed")
+    (hears, say), (hear, says) = os.pipe(), os.pipe()
+    ends = [fcntl.fcntl(end, fcntl.F_DUPFD, 10) for end in (hears, says)]  # out of the way of 3 and 4, which a browser listens at
+    command = [sys.executable, "-c", AT_3_AND_4, *map(str, ends), found, *FLAGS, f"--user-data-dir={profile}"]
+    quiet = subprocess.DEVNULL
+    process = subprocess.Popen(command, pass_fds=ends, stdout=quiet, stderr=quiet, start_new_session=True)
+    for end in (hears, says, *ends):
+        os.close(end)
+    try:
+        yield Browser(say, hear)
+    finally:
+        os.close(say)  # the browser ends with its pipe
+        os.close(hear)
+        try:
+            process.wait(5.0)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
