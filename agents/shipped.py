@@ -7,6 +7,7 @@ from agents.root_model import RootModel
 
 WEIGHTS = Path(__file__).parent / "weights"
 SHIPPED_POLICY = WEIGHTS / "mimic.safetensors"
+SHIPPED_LOBSTR = WEIGHTS / "lobstr.safetensors"
 
 
 @cache

@@ -66,7 +66,7 @@ def few_steps(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(lobstr_study, "SEEDS", 1)
     monkeypatch.setattr(lobstr_study, "SAMPLES", 2 * 2 * 46)
     monkeypatch.setattr(lobstr_study, "COMMON", (*lobstr_study.COMMON, *TINY))
-    monkeypatch.setattr(lobstr_study, "SHIPPED_FILE", tmp_path / "lobstr.safetensors")
+    monkeypatch.setattr(lobstr_study, "SHIPPED_LOBSTR", tmp_path / "lobstr.safetensors")
     monkeypatch.setattr(lobstr_study.os, "cpu_count", lambda: 1)
     monkeypatch.setattr(lobstr_tests, "SITTERS", (1000, 1))
     monkeypatch.setattr(lobstr_tests, "WEARINGS", 1)
