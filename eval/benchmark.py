@@ -14,6 +14,7 @@ from configs.errors import InputError
 from datasets.sources import SYNTHETIC
 from eval.benchmark_clean import benchmark_clean
 from eval.benchmark_env import benchmark_env
+from eval.benchmark_live import benchmark_live
 from eval.benchmark_root import benchmark_root
 from eval.files import write_whole
 from eval.speed import Speed
@@ -21,6 +22,7 @@ from eval.speed import Speed
 BENCHMARKS: dict[str, Callable[[str, int, Callable[[], None]], Speed]] = {
     "clean": benchmark_clean,
     "env": benchmark_env,
+    "live": benchmark_live,
     "root": benchmark_root,
 }
 

@@ -16,12 +16,12 @@ import torch
 from agents.lobstr_model import LobstrModel, leg_matrices
 from agents.lobstr_spec import WINDOW
 from agents.lower_body_stream import LowerBodyStream
+from agents.shipped import SHIPPED_LOBSTR
 from datasets.motion import BodyMotion
 from datasets.rotation_matrices import quaternions
 from datasets.sources import load_clips
 from datasets.tracker_features import tracker_features
 from datasets.trackers import PELVIS, RATE, TrackerPoses
-from eval.live import MODEL
 from eval.live_body import CALIBRATION_FRAMES, LiveBodies
 from eval.live_load import InStep, service
 from eval.live_performer import Performance, perform
@@ -118,7 +118,7 @@ def benchmark_live(motions: str, rounds: int, after_round: Callable[[], None] = 
         rounds: How many rounds are kept; a round takes about four seconds.
         after_round: Called after each round.
     """
-    return measure_live(MODEL, max(load_clips(motions, fps=RATE), key=len), rounds, after_round)
+    return measure_live(SHIPPED_LOBSTR, max(load_clips(motions, fps=RATE), key=len), rounds, after_round)
 
 
 def measure_live(file: Path, clip: BodyMotion, rounds: int, after_round: Callable[[], None] = lambda: None, users: int = USERS) -> Speed:

@@ -14,20 +14,20 @@ from rich.console import Console
 from rich.markup import escape
 
 from agents.lobstr_model import LobstrModel
-from agents.shipped import WEIGHTS
+from agents.shipped import SHIPPED_LOBSTR
 from configs.command import exit_code_of
 from configs.errors import InputError, require
 from eval.live_body import LiveBodies
-from eval.live_page import HOST, LivePage
+from eval.live_page import LivePage
+from eval.live_protocol import HOST, PORT
 from eval.live_recorder import MINUTES, Recorder
 from eval.live_server import LiveServer
 from eval.live_solved import Bodies
 from eval.live_status import StatusLine, summary
 from trainers.run_log import make_console
 
-PORT, PAGE_PORT = 4545, 4546
+PAGE_PORT = 4546
 USERS = 20
-MODEL = WEIGHTS / "lobstr.safetensors"
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -41,7 +41,7 @@ def main(arguments: list[str] | None = None) -> int:
     made.add_argument("--users", type=int, default=USERS, help=f"how many may be there at once (default: {USERS})")
     made.add_argument("--record", type=Path, metavar="DIR", help="save what is live there as BVH")
     made.add_argument("--minutes", type=float, default=MINUTES, help=f"of a recording, then another begins (default: {MINUTES:g})")
-    made.add_argument("--model", type=Path, metavar="FILE", default=MODEL, help="another network than the package's")
+    made.add_argument("--model", type=Path, metavar="FILE", default=SHIPPED_LOBSTR, help="another network than the package's")
     options = made.parse_args(arguments)
     return exit_code_of(lambda: _run(options))
 

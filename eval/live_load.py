@@ -13,10 +13,9 @@ import torch
 
 from agents.lobstr_model import LobstrModel
 from eval.live_body import LiveBodies
-from eval.live_page import HOST
-from eval.live_protocol import VERSION, Codec
+from eval.live_pace import Limits
+from eval.live_protocol import HOST, VERSION, Codec
 from eval.live_server import LiveServer
-from eval.live_session import Limits
 
 UNLIMITED = Limits(idle=1e9, behind=10**9, flood=1e9)  # who measures sends as quickly as frames are answered, or pauses
 SECONDS = 60.0  # that a service has to start, and for an answer

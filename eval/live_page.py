@@ -12,9 +12,9 @@ from markupsafe import Markup
 
 from datasets.humanoid import BODIES, NAMES
 from datasets.trackers import RATE
+from eval.live_protocol import HOST
 from eval.live_solved import Seen
 
-HOST = "127.0.0.1"
 PATIENCE = 5.0  # s that a browser has to ask
 HEARTBEAT = 1.0  # s after which an event is sent though nobody moved
 VIEWERS = 8

@@ -12,8 +12,7 @@ from datasets.motion import BodyMotion
 from datasets.rotation import about_axis, heading, multiply, normalise, rotate
 from datasets.skeleton import forward_kinematics
 from datasets.trackers import PELVIS, RATE, TrackerPoses, tracker_poses
-from datasets.worn_trackers import draw_wearing, t_pose, tracker_noise, wear
-from eval.lobstr_tests import NOISE
+from datasets.worn_trackers import draw_wearing, t_pose, wear
 
 T_POSE_SECONDS = 1.2  # a little longer than calibration takes
 BLEND_SECONDS = 1.0  # from the T-pose into the clip: while the network warms up
@@ -68,10 +67,7 @@ def perform(clip: BodyMotion, height: float, seed: int) -> Performance:
     standing = _at(t_pose(T_POSE_SECONDS, rng), joints)
     blend = _blend(TrackerPoses(*(part[-1] for part in standing)), TrackerPoses(*(part[0] for part in joints)))
     whole = TrackerPoses(*(np.concat(parts) for parts in zip(standing, blend, joints, strict=True)))
-    worn = wear(whole, wearing)
-    noisy = tracker_noise(worn, rng)
-    positions, rotations = (true + NOISE * (off - true) for true, off in zip(worn, noisy, strict=True))
-    return Performance(TrackerPoses(positions, normalise(rotations)), len(whole.positions) - len(clip), clip, wearing.scale)
+    return Performance(wear(whole, wearing, rng), len(whole.positions) - len(clip), clip, wearing.scale)
 
 
 def score(done: Performance, frames: np.ndarray, roots: np.ndarray, rotations: np.ndarray, contacts: np.ndarray) -> Score:

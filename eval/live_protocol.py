@@ -11,6 +11,7 @@ from datasets.humanoid import NAMES, SKELETON
 from datasets.trackers import RATE, TRACKERS, TrackerPoses
 
 VERSION = 1
+HOST, PORT = "127.0.0.1", 4545  # where the service is unless told otherwise: on this machine alone
 MAX_LINE = 64 * 1024  # bytes
 MAX_NAME = 40  # characters
 MAX_POSITION = 100.0  # m; who is further off measures in another unit

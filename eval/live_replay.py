@@ -5,18 +5,16 @@ import asyncio
 import sys
 
 import numpy as np
-from rich.markup import escape
+from rich.console import Console
 
 from configs.command import exit_code_of
 from configs.errors import InputError, require
 from datasets.motion import BodyMotion
 from datasets.sources import load_clips
 from datasets.trackers import RATE
-from eval.live import PORT
 from eval.live_client import Played, play
-from eval.live_page import HOST
 from eval.live_performer import Performance, perform, score
-from trainers.run_log import make_console
+from eval.live_protocol import HOST, PORT
 
 HEIGHT = 171  # cm, of one of the paper's users
 
@@ -42,14 +40,11 @@ def _run(options: argparse.Namespace) -> None:
     require(options.seed >= 0, "--seed", options.seed, "0 or more")
     clip = choose(load_clips(options.source, fps=RATE), options.name)
     performance = perform(clip, options.height / 100.0, options.seed)
-    console = make_console()
-    console.print(
-        escape(f"{clip.name}: {clip.seconds:.1f} s as a user of {options.height:g} cm, T-pose first, to {options.host} port {options.port}")
-    )
-    with console.status("playing"):
+    print(f"{clip.name}: {clip.seconds:.1f} s as a user of {options.height:g} cm, T-pose first, to {options.host} port {options.port}")
+    with Console(stderr=True).status("playing"):
         played = asyncio.run(play(performance.trackers, options.host, options.port, options.speed, clip.name))
     for line in report(performance, played):
-        console.print(escape(line))
+        print(line)
     if not played.answers:
         raise InputError("the service answered no frame")
 

@@ -10,8 +10,9 @@ import numpy as np
 
 from configs.errors import InputError
 from datasets.trackers import RATE, TrackerPoses
+from eval.live_pace import Limits
 from eval.live_recorder import Recorder
-from eval.live_session import LEFT, Limits, Session
+from eval.live_session import LEFT, Session
 from eval.live_solved import LIVE, STATES, Bodies, Seen
 
 GATHER = 0.004  # s that a frame may wait for those of other users, since a batch costs little more than one frame
@@ -151,14 +152,14 @@ class LiveServer:
             milliseconds = 1e3 * (perf_counter() - frame.time)
             assert session.codec
             line = session.codec.answer(frame.number, STATES[states[place]], *pose, scales[place], milliseconds)
-            if place in solved.problems:
-                session.tell_problem(solved.problems[place])
             self.latencies.append(milliseconds)
             self.answered += 1
-            self.seen[session.user] = Seen(session.name, STATES[states[place]], *pose, scales[place], session.fps, milliseconds)
+            self.seen[session.user] = Seen(session.name, STATES[states[place]], *pose, scales[place], session.pace.fps, milliseconds)
             if states[place] == LIVE and self.recorder:
                 self.recorder.record(session.user, *pose[:2], scales[place])
-            session.send(line)
+            if place in solved.problems:
+                session.tell_problem(solved.problems[place])
+            session.answer(line)  # the last, as the client may be gone after it
         self.after_batch()
         if self._waiting:
             self._solve_after(0.0)

@@ -2,38 +2,17 @@
 
 import asyncio
 from collections import deque
-from dataclasses import dataclass
 from time import perf_counter
 from typing import NamedTuple, Protocol
 
 from configs.errors import InputError
 from datasets.trackers import RATE, TrackerPoses
+from eval.live_pace import Limits, Pace
 from eval.live_protocol import MAX_LINE, Calibrate, Codec, Frame, error_line, read_hello, warning_line
 
 LEFT = "left"
 LINGER = 2.0  # s that a client has to read why it is sent away
 DISCARD = 4 * 1024 * 1024  # bytes that are read and thrown away meanwhile: a socket closed with unread bytes loses what it last said
-
-
-@dataclass(frozen=True)
-class Limits:
-    """What a client may do.
-
-    Attributes:
-        idle: Seconds without a line after which it is taken for gone.
-        behind: Lines that may wait, or come at once after a pause: ten seconds of frames.
-        flood: Lines a second that may come for longer: any headset's rate, but not any loop's.
-        bad: Lines that may be wrong, one after another.
-        unread: Bytes of answers that may wait for it to read them.
-        window: Seconds over which its frame rate is measured.
-    """
-
-    idle: float = 10.0
-    behind: int = 450
-    flood: float = 4 * RATE
-    bad: int = 45
-    unread: int = 256 * 1024
-    window: float = 3.0
 
 
 _TOO_LONG = f"a line is longer than {MAX_LINE} bytes"
@@ -83,15 +62,12 @@ class Session(asyncio.Protocol):
         self.user, self.row = 0, -1  # number and place among the users; none before the hello
         self.waiting: deque[Arrived] = deque()
         self.last_line = perf_counter()
-        self.fps = 0.0  # over the last window
+        self.pace = Pace(host.limits, self.last_line)
         self._transport: asyncio.Transport | None = None
         self._buffer = bytearray()
         self._number = -1  # of the last frame
         self._bad = 0
-        self._credit, self._credit_time = float(host.limits.behind), self.last_line
-        self._window_start, self._window_frames = self.last_line, 0
-        self._warned = False
-        self._ended = ""  # why it was closed
+        self.ended = ""  # why
         self._discarded = 0
         self._finishing = False  # the client has said all it wants to say
 
@@ -112,12 +88,12 @@ class Session(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         """Take bytes, of which some may end lines."""
-        if self._ended:
+        if self.ended:
             self._discard(len(data))
             return
         now = perf_counter()
         self._buffer += data
-        while not self._ended and (end := self._buffer.find(b"\n")) >= 0:
+        while not self.ended and (end := self._buffer.find(b"\n")) >= 0:
             line = bytes(self._buffer[:end])
             del self._buffer[: end + 1]
             if len(line) > MAX_LINE:
@@ -131,12 +107,12 @@ class Session(asyncio.Protocol):
 
     def eof_received(self) -> bool:
         """Answer what still waits, then close."""
-        if self._ended:
+        if self.ended:
             return False
         self._finishing = True
         if not self.waiting:
             self._end(LEFT)
-        return not self._ended
+        return not self.ended
 
     def pause_writing(self) -> None:
         """Drop a client that asks and does not read."""
@@ -149,12 +125,16 @@ class Session(asyncio.Protocol):
         self._end("connection lost" if exc else LEFT)
 
     def send(self, line: bytes) -> None:
-        """Write a line; after the last answer to a client that has said all, close."""
+        """Write a line, if the client is still there."""
         assert self._transport
-        if self._ended:
-            return
-        self._transport.write(line)
-        if self._finishing and not self.waiting:
+        if not self.ended:
+            self._transport.write(line)
+
+    def answer(self, line: bytes) -> None:
+        """Write the answer to a frame; after the last one to a client that has said all, close."""
+        self.send(line)
+        if self._finishing and not self.waiting and not self.ended:
+            assert self._transport
             self._end(LEFT)
             self._transport.close()
 
@@ -165,7 +145,7 @@ class Session(asyncio.Protocol):
 
     def close(self, error: str) -> None:
         """Send the client away; it has a moment to read why."""
-        if self._ended:
+        if self.ended:
             return
         assert self._transport
         self._transport.write(error_line(error, closing=True))
@@ -188,22 +168,28 @@ class Session(asyncio.Protocol):
 
     def _end(self, reason: str) -> None:
         """Leave the service, once."""
-        if not self._ended:
-            self._ended = reason
+        if not self.ended:
+            self.ended = reason
             self.waiting.clear()
             self._buffer.clear()
             self.host.leave(self, reason)
 
     def _line(self, line: bytes, now: float) -> None:
         """Take one line."""
-        self.last_line = now
-        if not self._afford(now):
-            return
-        if self.codec is None:
+        self.last_line, limits = now, self.host.limits
+        if self.pace.is_flood(now):
+            self.close(f"a flood: more than {limits.flood:g} lines a second; {RATE:g} frames a second are expected")
+        elif len(self.waiting) >= limits.behind:
+            self.close(f"{len(self.waiting)} frames wait: more come than can be answered")
+        elif self.codec is None:
             self._hello(line)
-            return
+        else:
+            self._message(self.codec, line, now)
+
+    def _message(self, codec: Codec, line: bytes, now: float) -> None:
+        """Take a line after the hello."""
         try:
-            message = self.codec.read(line)
+            message = codec.read(line)
             if isinstance(message, Frame) and message.number <= self._number:
                 raise InputError(f'"frame" is {message.number} after {self._number}, should be greater')
         except InputError as error:
@@ -219,7 +205,9 @@ class Session(asyncio.Protocol):
             return
         self._number = message.number
         self.waiting.append(Arrived(*message, now))
-        self._measure(now)
+        if warning := self.pace.warning(now):
+            self.send(warning_line(warning))
+            self.host.note(self, f"warned: {warning}")
 
     def _hello(self, line: bytes) -> None:
         """Take the first line; whoever cannot say it is no tracker client, but maybe a browser that was sent here."""
@@ -230,30 +218,3 @@ class Session(asyncio.Protocol):
             self.close(str(error))
             return
         self.send(self.codec.welcome(self.user))
-
-    def _afford(self, now: float) -> bool:
-        """Return whether a line more is no flood, else close."""
-        limits = self.host.limits
-        self._credit = min(limits.behind, self._credit + (now - self._credit_time) * limits.flood) - 1.0
-        self._credit_time = now
-        if self._credit < 0.0:
-            self.close(f"a flood: more than {limits.flood:g} lines a second; {RATE:g} frames a second are expected")
-        elif len(self.waiting) >= limits.behind:
-            self.close(f"{len(self.waiting)} frames wait: more come than can be answered")
-        return not self._ended
-
-    def _measure(self, now: float) -> None:
-        """Measure the frame rate; tell once if the client's is another than ours."""
-        if not self._window_frames:
-            self._window_start = now
-        self._window_frames += 1
-        seconds = now - self._window_start
-        if seconds < self.host.limits.window:
-            return
-        self.fps = (self._window_frames - 1) / seconds
-        self._window_start, self._window_frames = now, 1
-        if not self._warned and not 0.8 * RATE < self.fps < 1.25 * RATE:
-            self._warned = True
-            text = f"{self.fps:.1f} frames a second came in the last {seconds:.0f} s, should be {RATE:g}: legs will move at a wrong pace"
-            self.send(warning_line(text))
-            self.host.note(self, f"warned: {text}")

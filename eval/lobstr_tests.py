@@ -11,19 +11,18 @@ from agents.lobstr_spec import WINDOW
 from datasets.kinematics import resample
 from datasets.lower_body import leg_rotations, toe_contacts, toe_positions
 from datasets.motion import BodyMotion
-from datasets.rotation import normalise, to_matrix
+from datasets.rotation import to_matrix
 from datasets.sources import ROUGH_GROUND_KINDS, SYNTHETIC, load_clips
 from datasets.synthetic import synthetic_clips
 from datasets.tracker_calibration import TrackerCalibration, calibrate, joint_poses, turned
 from datasets.trackers import RATE, TrackerPoses, tracker_poses
-from datasets.worn_trackers import STANDING_HEIGHT, draw_wearing, t_pose, tracker_noise, wear
+from datasets.worn_trackers import STANDING_HEIGHT, draw_wearing, t_pose, wear
 from eval.lobstr_rows import HEIGHTS
 from eval.root_tests import FOLDERS
 
 SITTERS = 1000, 2  # seed and number of made-up people who sit down: no recorded test clip does
 WEARINGS = 3  # times that each user puts the trackers on
 T_POSE_SECONDS = 1.0
-NOISE = 0.2  # of that of appendix 2, which trainings see: the 2 mm that the paper names for its trackers, 0.3 degrees
 FREE = "free"
 KINDS = {  # Table 3's categories by what a clip's kind is; anything else is free
     "walk": "walk", "turn": "walk", "run": "run", "jog": "run", "dash": "run", "sit": "sit_stand", "squat": "sit_stand",
@@ -115,15 +114,8 @@ def perform(clips: Iterable[TestClip]) -> list[Session]:
         for time in range(WEARINGS):
             rng = np.random.default_rng((height, time))
             wearing = draw_wearing(rng, height / 100.0)
-            calibration = calibrate(_measured(wear(t_pose(T_POSE_SECONDS, rng), wearing), rng))
+            calibration = calibrate(wear(t_pose(T_POSE_SECONDS, rng), wearing, rng))
             for index, clip in enumerate(clips):
-                trackers = _measured(wear(clip.joints, wearing), rng)
+                trackers = wear(clip.joints, wearing, rng)
                 sessions.append(Session(clip, height, height / 100.0 / STANDING_HEIGHT, calibration, trackers, (height, time, index)))
     return sessions
-
-
-def _measured(poses: TrackerPoses, rng: np.random.Generator) -> TrackerPoses:
-    """Return poses as trackers measure them."""
-    noisy = tracker_noise(poses, rng)
-    positions, rotations = (true + NOISE * (off - true) for true, off in zip(poses, noisy, strict=True))
-    return TrackerPoses(positions, normalise(rotations))

@@ -26,7 +26,11 @@ SECONDS = 8.0
 def test_toes_are_found(movement: str) -> None:
     rng = np.random.default_rng(900)
     style, t = draw_style("tester", rng), np.arange(round(SECONDS * FPS)) / FPS
-    made = {"stand": lambda: stand(t, style, rng), "turn": lambda: turn_on_the_spot(t, style, rng), "walk": lambda: walk(t, 1.2, style, rng)}
+    made = {
+        "stand": lambda: stand(t, style, rng),
+        "turn": lambda: turn_on_the_spot(t, style, rng),
+        "walk": lambda: walk(t, 1.2, style, rng),
+    }
     clip = resample(made[movement](), RATE)
     joints = tracker_poses(clip)
     stream, legs, contacts = LowerBodyStream(LobstrModel.load(SHIPPED_LOBSTR)[0], 1), [], []

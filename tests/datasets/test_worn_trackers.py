@@ -34,14 +34,14 @@ def test_people_wear_trackers_as_people_do() -> None:
     assert np.all(tilts < [25.0, 40.0, 40.0, 25.0]) and np.all(tilts > [20.0, 35.0, 35.0, 20.0])
 
 
-def test_noise_is_as_large_as_the_paper_says() -> None:
+def test_noise_is_as_large_as_good_trackers_are_inaccurate() -> None:
     still = TrackerPoses(np.zeros((20000, 4, 3)), np.tile(STILL, (20000, 4, 1)))
     noisy = tracker_noise(still, np.random.default_rng(0))
-    # A length from N(0, 0.01) in any direction: 0.01 m root mean square, shared by three axes.
-    assert np.sqrt(np.mean(noisy.positions**2, axis=(0, 1))) == pytest.approx(0.01 / np.sqrt(3.0), rel=0.03)
+    # A length of 2 mm root mean square in any direction, shared by three axes.
+    assert np.sqrt(np.mean(noisy.positions**2, axis=(0, 1))) == pytest.approx(0.002 / np.sqrt(3.0), rel=0.03)
     turns = np.degrees(angle(noisy.rotations))
-    assert turns.max() <= 1.5
-    assert turns.mean() == pytest.approx(0.75, rel=0.02)
+    assert turns.max() <= 0.3 + 1e-6
+    assert turns.mean() == pytest.approx(0.15, rel=0.02)
     again = tracker_noise(still, np.random.default_rng(0))
     assert np.array_equal(again.positions, noisy.positions) and np.array_equal(again.rotations, noisy.rotations)
 

@@ -48,7 +48,7 @@ class Browser:
     def until(self, script: str) -> None:
         """Wait until an expression is true."""
         end = time.monotonic() + SECONDS
-        while not self.value(script):
+        while not self.value(f"document.body !== null && ({script})"):
             assert time.monotonic() < end, f"never true: {script}"
             time.sleep(0.05)
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from datasets.humanoid import BODY_COUNT
 from datasets.trackers import PELVIS, TrackerPoses
+from eval.live_pace import Limits
 from eval.live_recorder import Recorder
 from eval.live_server import LiveServer
-from eval.live_session import Limits
 from eval.live_solved import CALIBRATING, LIVE, WARMING_UP, Solved
 
 HOST = "127.0.0.1"

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from eval.live_page import HOST, VIEWERS, LivePage, render
+from eval.live_page import VIEWERS, LivePage, render
+from eval.live_protocol import HOST
 from eval.live_solved import Seen
 from tests.eval.browser import browser
 from tests.eval.live_parts import run

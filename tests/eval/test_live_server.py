@@ -6,9 +6,9 @@ import socket
 import time
 from contextlib import suppress
 
+from eval.live_pace import Limits
 from eval.live_protocol import MAX_LINE
-from eval.live_server import STRANGERS, LiveServer
-from eval.live_session import Limits, Session
+from eval.live_server import STRANGERS
 from tests.eval.live_parts import CALIBRATION, HELLO, HOST, SCALE, STANDING, WARM, CheapBodies, Client, Service, run, serving
 
 
@@ -51,6 +51,21 @@ def test_bad_t_pose_and_another_calibration() -> None:
             assert [answer["state"] for answer in await client.frames(CALIBRATION + WARM + 1)][-1] == "live"
             client.send({"calibrate": True})
             assert (await client.frame())["state"] == "calibrating"
+
+    run(test())
+
+
+def test_the_last_frame_of_a_bad_t_pose_is_answered_before_the_end() -> None:
+    async def test() -> None:
+        async with serving() as service:
+            client = await service.client()
+            for number in range(CALIBRATION):
+                client.send({"frame": number, **STANDING, "head": [0.0, 0.0, 0.9, 1.0, 0.0, 0.0, 0.0]})
+            client.writer.write_eof()
+            told = await client.last_words()
+            assert [line.get("frame") for line in told] == [0, 1, None, 2]
+            assert told[2]["error"].startswith("T-pose")
+            await service.until(lambda: not service.server.seen)
 
     run(test())
 
@@ -253,21 +268,6 @@ def test_a_wrong_rate_is_told_once() -> None:
             assert sum("warned" in note for note in service.notes) == 1
 
     run(test())
-
-
-def test_what_is_a_wrong_rate() -> None:
-    class Measured(Session):
-        def send(self, line: bytes) -> None:
-            told.append(json.loads(line)["warning"])
-
-    for fps, right in ((45.0, True), (40.0, True), (50.0, True), (30.0, False), (60.0, False), (90.0, False)):
-        told: list[str] = []
-        session = Measured(LiveServer(CheapBodies(1), tell=lambda _: None))
-        for frame in range(1000):
-            session._measure(50.0 + frame / fps)
-        assert abs(session.fps - fps) < 1e-6
-        assert len(told) == (0 if right else 1)
-        assert right or told[0].startswith(f"{fps:.1f} frames a second came in the last 3 s, should be 45")
 
 
 def test_strangers_do_not_crowd_users_out() -> None:
