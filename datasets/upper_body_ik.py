@@ -42,6 +42,7 @@ _MOST_SHRUG = 0.4  # of 45 degrees
 # turned.
 _EASE = np.array([[-0.25, 0.27, -0.27], [0.22, 0.41, -0.43], [-0.47, -0.23, 0.04], [0.66, 0.33, -0.02]])
 _LIMIT = np.radians(100.0)
+_NOTHING = 1e-9  # m, length of what has no direction
 
 
 def upper_body_pose(joints: TrackerPoses) -> np.ndarray:
@@ -92,9 +93,9 @@ def _trunk(positions: np.ndarray, pelvis: np.ndarray) -> tuple[np.ndarray, np.nd
     hip = positions[..., PELVIS, :] + pelvis @ _OFFSETS["spine"]
     span = positions[..., HEAD, :] - hip
     length = _norm(span)
-    up = span / length
-    left = pelvis[..., :, 1]
-    left = left - _dot(left, up) * up
+    up = np.where(length > _NOTHING, span / np.maximum(length, _NOTHING), pelvis[..., :, 2])  # a head in the hips says nothing
+    left = pelvis[..., :, 1] - _dot(pelvis[..., :, 1], up) * up
+    left = np.where(_norm(left) > _NOTHING, left, pelvis[..., :, 2] - _dot(pelvis[..., :, 2], up) * up)
     left = left / _norm(left)
     forward = cross(left, up)
     bend, at_hip = _bends(length, _LOIN, _BACK, _GENTLE_TRUNK)

@@ -27,10 +27,10 @@ from eval.live_load import InStep, service
 from eval.live_performer import Performance, perform
 from eval.live_protocol import Codec, Frame
 from eval.live_solved import LIVE, STATES
+from eval.lobstr_rows import HEIGHTS
 from eval.speed import Contender, Speed, interleave
 
 USERS = 20
-HEIGHTS = (1.57, 1.71, 1.84)  # m, of the paper's users
 FRAMES = 180  # of each user in a round
 OURS, LIMIT, WINDOWED = "one user", "network step", "one user, windows"
 _READY = CALIBRATION_FRAMES + WINDOW + 10  # frames after which everybody is live
@@ -42,7 +42,7 @@ class Users:
     def __init__(self, clip: BodyMotion, count: int) -> None:
         """Take a clip at 45 fps."""
         self.codec = Codec.of("openxr")
-        self._done = [perform(clip, HEIGHTS[user % len(HEIGHTS)], user) for user in range(count)]
+        self._done = [perform(clip, HEIGHTS[user % len(HEIGHTS)] / 100.0, user) for user in range(count)]
         self._frames = [_endless(done, user * len(clip) // count) for user, done in enumerate(self._done)]
         self._number = 0
 

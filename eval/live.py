@@ -79,8 +79,12 @@ async def serve(bodies: Bodies, options: argparse.Namespace, console: Console) -
         console.print(escape(text))
 
     def fault(_: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-        """End at a fault of the program, but save what was recorded."""
-        faults.append(context.get("exception") or RuntimeError(context["message"]))
+        """End at a fault of the program, but save what was recorded; what the system refuses, such as one socket more, is none."""
+        error = context.get("exception") or RuntimeError(context["message"])
+        if isinstance(error, OSError):
+            tell(f"{context['message']}: {_reason(error)}")
+            return
+        faults.append(error)
         stop.set()
 
     server = LiveServer(bodies, Recorder(options.record, tell, options.minutes) if options.record else None, tell)

@@ -73,8 +73,9 @@ async def _greet(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, cod
         welcome = json.loads(await asyncio.wait_for(reader.readline(), PATIENCE) or b"{}")
     except (OSError, TimeoutError, ValueError) as error:
         raise InputError(f"{there}: something listens, but is no live service ({error or 'silent'})") from error
-    if welcome.get("lobstr") != VERSION:
-        raise InputError(f"{there}: {welcome.get('error', 'something listens, but is no live service')}")
+    if not isinstance(welcome, dict) or welcome.get("lobstr") != VERSION:
+        error = welcome.get("error") if isinstance(welcome, dict) else None
+        raise InputError(f"{there}: {error or 'something listens, but is no live service'}")
 
 
 async def _send(writer: asyncio.StreamWriter, lines: list[bytes], fps: float, played: Played, listening: asyncio.Task[None]) -> None:
@@ -99,5 +100,7 @@ async def _listen(reader: asyncio.StreamReader, played: Played) -> None:
                 played.answers[message["frame"]] = message
             else:
                 played.told.append(message.get("error") or message.get("warning") or line.decode())
+    except (ValueError, KeyError, IndexError, TypeError, AttributeError):
+        played.told.append("the connection ended: an answer was none")
     except (OSError, TimeoutError) as error:
         played.told.append(f"the connection ended: {error or 'silent'}")

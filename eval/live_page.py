@@ -18,6 +18,7 @@ from eval.live_solved import Seen
 PATIENCE = 5.0  # s that a browser has to ask
 HEARTBEAT = 1.0  # s after which an event is sent though nobody moved
 VIEWERS = 8
+CONNECTIONS = 64  # at once, browsers that watch included
 MAX_REQUEST = 16 * 1024  # bytes
 _REASONS = {200: "OK", 400: "Bad Request", 403: "Forbidden", 404: "Not Found", 405: "Method Not Allowed", 503: "Service Unavailable"}
 
@@ -28,7 +29,8 @@ class LivePage:
     def __init__(self, seen: Mapping[int, Seen]) -> None:
         """Show what is ``seen`` of users, by number, which changes while the page is up."""
         self._seen = seen
-        self._viewers: set[asyncio.StreamWriter] = set()
+        self._viewers: dict[asyncio.StreamWriter, float] = {}  # and when they last had read everything, on the loop's clock
+        self._open = 0
         self._news = asyncio.Event()
         self._server: asyncio.Server | None = None
         self._task: asyncio.Task[None] | None = None
@@ -83,14 +85,21 @@ class LivePage:
             self._news.clear()
             if self._viewers:
                 event = self.event()
-                for writer in self._viewers:
+                now = asyncio.get_running_loop().time()
+                for writer, kept_up in list(self._viewers.items()):
                     if not writer.transport.get_write_buffer_size():
+                        self._viewers[writer] = now
                         writer.write(event)
+                    elif now - kept_up > PATIENCE:
+                        writer.transport.abort()
             await asyncio.sleep(1.0 / RATE)
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Answer one request."""
+        self._open += 1
         try:
+            if self._open > CONNECTIONS:
+                return
             head = await asyncio.wait_for(reader.readuntil(b"\r\n\r\n"), PATIENCE)
             status = self._status(head)
             if status == 200 and _path(head) == "/events":
@@ -101,17 +110,18 @@ class LivePage:
         except (OSError, TimeoutError, asyncio.IncompleteReadError, asyncio.LimitOverrunError):
             pass
         finally:
+            self._open -= 1
             writer.close()
 
     async def _stream(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Have a browser told until it leaves."""
         writer.write(_head(200, "text/event-stream") + b"retry: 1000\n\n" + self.event())
-        self._viewers.add(writer)
+        self._viewers[writer] = asyncio.get_running_loop().time()
         try:
             while await reader.read(1024):  # a browser has nothing more to say
                 pass
         finally:
-            self._viewers.discard(writer)
+            self._viewers.pop(writer, None)
 
     def _status(self, head: bytes) -> int:
         """Return what a request deserves: a page elsewhere that goes by a name which leads here (DNS rebinding) gets nothing."""

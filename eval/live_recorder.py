@@ -118,12 +118,15 @@ class Recorder:
         """Turn a take into its BVH in a process that Ctrl-C at the terminal does not reach."""
         command = [sys.executable, "-m", "eval.live_recorder", str(take.spool)]
         async with self._turn:
-            process = await asyncio.create_subprocess_exec(
-                *command, stderr=asyncio.subprocess.PIPE, start_new_session=True, cwd=Path(__file__).parents[1]
-            )
-            _, said = await process.communicate()
-        if process.returncode:
-            reason = said.decode(errors="replace").strip().rpartition("\n")[2]
+            try:
+                process = await asyncio.create_subprocess_exec(
+                    *command, stderr=asyncio.subprocess.PIPE, start_new_session=True, cwd=Path(__file__).parents[1]
+                )
+                _, said = await process.communicate()
+                reason = said.decode(errors="replace").strip().rpartition("\n")[2] if process.returncode else ""
+            except OSError as error:
+                reason = str(error.strerror)
+        if reason:
             self._tell(f"{take.target} could not be saved ({reason}); it is still in {take.spool}: python -m eval.live_recorder")
         else:
             self._tell(f"saved {take.target}: {take.frames / RATE:.1f} s")

@@ -12,7 +12,7 @@ from configs.errors import InputError
 from datasets.trackers import RATE, TrackerPoses
 from eval.live_pace import Limits
 from eval.live_recorder import Recorder
-from eval.live_session import LEFT, Session
+from eval.live_session import LEFT, Arrived, Session
 from eval.live_solved import LIVE, STATES, Bodies, Seen
 
 GATHER = 0.004  # s that a frame may wait for those of other users, since a batch costs little more than one frame
@@ -78,10 +78,12 @@ class LiveServer:
             self._server.close()
         if self._watch:
             self._watch.cancel()
-        for session in list(self._sessions):
-            session.close("the service stops")
-        if self.recorder:
-            await self.recorder.finish()
+        try:
+            for session in list(self._sessions):
+                session.close("the service stops")
+        finally:
+            if self.recorder:
+                await self.recorder.finish()
 
     def enter(self, session: Session) -> None:
         """Give a place to a client that has said hello."""
@@ -142,12 +144,27 @@ class LiveServer:
         batch = list(self._waiting)
         if not batch:
             return
-        frames = [session.waiting.popleft() for session in batch]
+        taken = [(session, frame) for session in batch if (frame := session.next_frame())]
+        self._waiting = {session for session in batch if session.waiting}
+        if taken:
+            self._answer(taken)
+            self.after_batch()
+        if self._waiting:
+            self._solve_after(0.0)
+
+    def _answer(self, taken: list[tuple[Session, Arrived]]) -> None:
+        """Answer a frame of each of some users."""
+        batch, frames = zip(*taken, strict=True)
         trackers = TrackerPoses(*(np.stack([frame.trackers[part] for frame in frames]) for part in range(2)))
         solved = self.bodies.step(np.array([session.row for session in batch]), trackers)
-        self._waiting = {session for session in batch if session.waiting}
+        numbers = np.concat([solved.root_position, solved.local_rotations.reshape(len(frames), -1)], axis=1)
+        lost = np.flatnonzero(~np.isfinite(numbers.sum(axis=1)))
         states, scales = solved.states.tolist(), solved.scales.tolist()
-        for place, (session, frame) in enumerate(zip(batch, frames, strict=True)):
+        for place, (session, frame) in enumerate(taken):
+            if place in lost:
+                self.bodies.reset(np.array([session.row]))
+                session.tell_problem(f"no body could be found for frame {frame.number}")
+                continue
             pose = solved.root_position[place], solved.local_rotations[place], solved.contacts[place]
             milliseconds = 1e3 * (perf_counter() - frame.time)
             assert session.codec
@@ -160,9 +177,6 @@ class LiveServer:
             if place in solved.problems:
                 session.tell_problem(solved.problems[place])
             session.answer(line)  # the last, as the client may be gone after it
-        self.after_batch()
-        if self._waiting:
-            self._solve_after(0.0)
 
     def _close_recording(self, session: Session) -> None:
         if self.recorder:

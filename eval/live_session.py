@@ -60,7 +60,7 @@ class Session(asyncio.Protocol):
         self.host = host
         self.codec: Codec | None = None
         self.user, self.row = 0, -1  # number and place among the users; none before the hello
-        self.waiting: deque[Arrived] = deque()
+        self.waiting: deque[Arrived | Calibrate] = deque()
         self.last_line = perf_counter()
         self.pace = Pace(host.limits, self.last_line)
         self._transport: asyncio.Transport | None = None
@@ -83,8 +83,10 @@ class Session(asyncio.Protocol):
         assert isinstance(transport, asyncio.Transport)
         self._transport = transport
         transport.set_write_buffer_limits(high=self.host.limits.unread)
-        if self.host.crowded:
-            self.close("too many connections have not said hello; come back later")
+        if self.host.crowded:  # nobody waits for these to read it: there may be many
+            self._transport.write(error_line("too many connections have not said hello; come back later", closing=True))
+            self._end("one connection too many without a hello")
+            self._transport.close()
 
     def data_received(self, data: bytes) -> None:
         """Take bytes, of which some may end lines."""
@@ -124,6 +126,16 @@ class Session(asyncio.Protocol):
         """End."""
         self._end("connection lost" if exc else LEFT)
 
+    def next_frame(self) -> Arrived | None:
+        """Take the next frame that waits, and begin the calibration again where that was asked for before it."""
+        while self.waiting:
+            message = self.waiting.popleft()
+            if isinstance(message, Arrived):
+                return message
+            self.host.calibrate(self)
+        self._close_if_done()
+        return None
+
     def send(self, line: bytes) -> None:
         """Write a line, if the client is still there."""
         assert self._transport
@@ -133,10 +145,7 @@ class Session(asyncio.Protocol):
     def answer(self, line: bytes) -> None:
         """Write the answer to a frame; after the last one to a client that has said all, close."""
         self.send(line)
-        if self._finishing and not self.waiting and not self.ended:
-            assert self._transport
-            self._end(LEFT)
-            self._transport.close()
+        self._close_if_done()
 
     def tell_problem(self, text: str) -> None:
         """Tell client and people what is wrong with the T-pose."""
@@ -145,9 +154,8 @@ class Session(asyncio.Protocol):
 
     def close(self, error: str) -> None:
         """Send the client away; it has a moment to read why."""
-        if self.ended:
+        if self.ended or self._transport is None:
             return
-        assert self._transport
         self._transport.write(error_line(error, closing=True))
         self._end(error)
         self._transport.write_eof()
@@ -158,6 +166,13 @@ class Session(asyncio.Protocol):
         if now - self.last_line > self.host.limits.idle and not self.waiting:
             what = "no frame" if self.codec else "no first line"
             self.close(f"{what} for {self.host.limits.idle:g} s")
+
+    def _close_if_done(self) -> None:
+        """Close the connection of a client that has said all and got all its answers."""
+        if self._finishing and not self.waiting and not self.ended:
+            assert self._transport
+            self._end(LEFT)
+            self._transport.close()
 
     def _discard(self, count: int) -> None:
         """Throw away what comes from a client that was told to go."""
@@ -201,7 +216,7 @@ class Session(asyncio.Protocol):
             return
         self._bad = 0
         if isinstance(message, Calibrate):
-            self.host.calibrate(self)
+            self.waiting.append(message)  # after the frames that came before it
             return
         self._number = message.number
         self.waiting.append(Arrived(*message, now))

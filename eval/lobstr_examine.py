@@ -88,12 +88,14 @@ def _examine_autoregressive(model: LobstrModel, clips: Sequence[TestClip], joint
     """Return the measures of a network that gets its own poses back, those where it is told the true ones, and whether it explodes."""
     states = _states(model, joints, carried=False)
     true = [_true_poses(model.spec, clip) for clip in clips]
-    free = [_posed(model.spec, _run_freely(model, own, poses[0]), one) for own, poses, one in zip(states, true, joints, strict=True)]
     after = [TestClip(clip.motion.cut(1, len(clip.motion))) for clip in clips]
+    free = [
+        _posed(model.spec, _run_freely(model, own[1:], poses[0]), clip.joints) for own, poses, clip in zip(states, true, after, strict=True)
+    ]
     with torch.inference_mode():
         bodies = [model.read(own[1:], poses[:-1]) for own, poses in zip(states, true, strict=True)]
     told = [_posed(model.spec, body, clip.joints) for body, clip in zip(bodies, after, strict=True)]
-    found = score_clips(clips, free)
+    found = score_clips(after, free)
     found |= {f"{name}_told": value for name, value in score_clips(after, told).items()}
     endless = torch.cat(states).repeat(-(-LONG // sum(map(len, states))), 1)[:LONG]
     sizes = _run_freely(model, endless, true[0][0]).pose.abs().amax(1)

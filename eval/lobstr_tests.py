@@ -13,10 +13,11 @@ from datasets.lower_body import leg_rotations, toe_contacts, toe_positions
 from datasets.motion import BodyMotion
 from datasets.rotation import to_matrix
 from datasets.sources import ROUGH_GROUND_KINDS, SYNTHETIC, load_clips
+from datasets.standing import STANDING_HEIGHT
 from datasets.synthetic import synthetic_clips
 from datasets.tracker_calibration import TrackerCalibration, calibrate, joint_poses, turned
 from datasets.trackers import RATE, TrackerPoses, tracker_poses
-from datasets.worn_trackers import STANDING_HEIGHT, draw_wearing, t_pose, wear
+from datasets.worn_trackers import draw_wearing, t_pose, wear
 from eval.lobstr_rows import HEIGHTS
 from eval.root_tests import FOLDERS
 

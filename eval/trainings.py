@@ -1,6 +1,5 @@
 """The trainings behind a study: what each is, how far it has come, and the command that a user would start it with."""
 
-import inspect
 import re
 import sys
 from dataclasses import dataclass
@@ -8,14 +7,13 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from configs.errors import InputError
-from configs.load import load_config
+from configs.load import CONFIGS, load_config
 from trainers.checkpoint import load_newest
 from trainers.lobstr_config import LobstrConfig
 from trainers.ppo_config import PpoConfig
 from trainers.progress import Clock
 from trainers.root_config import RootConfig
 
-CONFIGS = Path(inspect.getfile(load_config)).parent
 Config = TypeVar("Config", PpoConfig, RootConfig, LobstrConfig)
 
 

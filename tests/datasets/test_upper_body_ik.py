@@ -79,6 +79,14 @@ def test_a_hand_out_of_reach_is_pointed_at() -> None:
     assert angle(local[0, BODY["collar_r"]]) > np.radians(5.0)  # the shoulder follows
 
 
+@pytest.mark.parametrize("head", [[0.0, 0.0, 0.1], [0.0, 0.3, 0.1]])  # m, from the pelvis: in the spine's joint, and straight to its left
+def test_a_head_where_none_can_be_still_gives_a_body(head: list[float]) -> None:
+    joints = t_pose(0.0)
+    joints.positions[:, HEAD] = joints.positions[:, PELVIS] + head
+    local = upper_body_pose(joints)
+    assert np.linalg.norm(local, axis=-1) == pytest.approx(np.ones((1, 20)))
+
+
 def test_a_trunk_all_but_straight_does_not_flicker() -> None:
     # Bones of 0.17 and 0.27 m bent by 30 degrees span sqrt(0.17^2 + 0.27^2 + 2 0.17 0.27 cos 30) = 0.425795 m, 14.205 mm less than
     # straight. Up to there the bend is in proportion: 30 / 14.205 = 2.112 degrees for a head 1 mm lower, not the cosine law's 7.9.

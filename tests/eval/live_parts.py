@@ -19,6 +19,7 @@ from eval.live_solved import CALIBRATING, LIVE, WARMING_UP, Solved
 HOST = "127.0.0.1"
 CALIBRATION, WARM = 3, 2  # frames
 SCALE = 1.25
+NOWHERE = 90.0  # m, along x
 HELLO = {"lobstr": 1, "axes": "z-up"}
 STANDING = {  # metres, quaternions wxyz
     "head": [0.0, 0.0, 1.7, 1.0, 0.0, 0.0, 0.0],
@@ -29,7 +30,7 @@ STANDING = {  # metres, quaternions wxyz
 
 
 class CheapBodies:
-    """Bodies that stand where the pelvis tracker is, turned like it; a head below 1 m is no T-pose."""
+    """Bodies that stand where the pelvis tracker is, turned like it; a head below 1 m is no T-pose, beyond ``NOWHERE`` nobody is found."""
 
     def __init__(self, users: int) -> None:
         """Make places; ``batches`` tells how many were solved together each time."""
@@ -55,7 +56,8 @@ class CheapBodies:
         rotations[..., 0] = 1.0
         rotations[:, 0] = trackers.rotations[:, PELVIS]
         contacts = np.tile([True, False], (len(rows), 1))
-        return Solved(trackers.positions[:, PELVIS], rotations, contacts, states, np.full(len(rows), SCALE), problems)
+        root = np.where(trackers.positions[:, PELVIS, :1] > NOWHERE, np.nan, trackers.positions[:, PELVIS])
+        return Solved(root, rotations, contacts, states, np.full(len(rows), SCALE), problems)
 
 
 class Client:

@@ -55,6 +55,32 @@ def test_bad_t_pose_and_another_calibration() -> None:
     run(test())
 
 
+def test_a_calibration_is_begun_after_the_frames_that_came_before() -> None:
+    async def test() -> None:
+        async with serving() as service:
+            client = await service.client()
+            await client.frames(CALIBRATION + WARM)
+            lines = [{"frame": 11, **STANDING}, {"frame": 12, **STANDING}, {"calibrate": True}, {"frame": 13, **STANDING}]
+            client.send(b"".join(json.dumps(line).encode() + b"\n" for line in lines))
+            answers = [await client.line() for _ in range(3)]
+            assert [(answer["frame"], answer["state"]) for answer in answers] == [(11, "live"), (12, "live"), (13, "calibrating")]
+
+    run(test())
+
+
+def test_a_body_that_cannot_be_found_is_told_and_disturbs_nobody() -> None:
+    async def test() -> None:
+        async with serving() as service:
+            lost, good = await service.client(), await service.client()
+            await lost.frames(CALIBRATION + WARM)
+            told = await lost.frame(pelvis=[95.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+            assert told == {"error": "no body could be found for frame 6; calibration begins again", "closing": False}
+            await goes_on(good)
+            assert (await lost.frame())["state"] == "calibrating"
+
+    run(test())
+
+
 def test_the_last_frame_of_a_bad_t_pose_is_answered_before_the_end() -> None:
     async def test() -> None:
         async with serving() as service:
