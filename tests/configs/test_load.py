@@ -8,7 +8,7 @@ import pytest
 from configs.errors import InputError
 from configs.load import load_config, save_config
 from trainers.ppo_config import PpoConfig
-from trainers.supervised import config_class
+from trainers.supervised_jobs import config_class
 
 CONFIGS = sorted((Path(__file__).parents[2] / "configs").glob("*.yaml"))
 
