@@ -1,5 +1,6 @@
 """``python -m eval.live`` as people start and stop it, and ``eval.live_replay`` against it."""
 
+import argparse
 import asyncio
 import os
 import re
@@ -15,6 +16,7 @@ from pathlib import Path
 
 import pytest
 import torch
+from rich.console import Console
 
 from agents.lobstr_model import LobstrModel
 from agents.lobstr_spec import LobstrSpec
@@ -27,8 +29,27 @@ from eval import live, live_replay
 from eval.cleaner import Cleaner
 from eval.live_client import play
 from eval.live_performer import perform
+from tests.eval.live_parts import HOST, CheapBodies
 
 ROOT = Path(__file__).parents[2]
+
+
+def test_what_the_system_refuses_ends_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    options = argparse.Namespace(host=HOST, port=0, page_port=0, record=None, minutes=1.0)
+
+    async def refuse_and_stop() -> None:
+        serving = asyncio.create_task(live.serve(CheapBodies(1), options, Console()))
+        await asyncio.sleep(0.2)
+        loop = asyncio.get_running_loop()
+        loop.call_exception_handler({"message": "socket.accept() out of system resource", "exception": OSError(24, "Too many open files")})
+        await asyncio.sleep(0.05)
+        assert not serving.done()
+        loop.call_exception_handler({"message": "a fault", "exception": ValueError("of ours")})  # which does end it
+        with pytest.raises(ValueError, match="of ours"):
+            await asyncio.wait_for(serving, 5.0)
+
+    asyncio.run(refuse_and_stop())
+    assert "socket.accept() out of system resource: Too many open files" in capsys.readouterr().out
 
 
 @pytest.fixture(scope="module")

@@ -350,3 +350,13 @@ def test_all_at_once() -> None:
             assert not service.server._waiting
 
     run(test())
+
+
+def test_a_connection_that_is_only_being_made_does_not_hold_the_end_up() -> None:
+    async def test() -> None:
+        async with serving() as service:
+            session = service.server._connect()  # as asyncio does, a moment before it tells of the connection
+            session.close("the service stops")
+            assert not session.ended  # there is nobody to tell yet
+
+    run(test())
