@@ -28,7 +28,7 @@ def load_config(cls: type[T], path: Path, overrides: list[str] | None = None) ->
         InputError: If the file is missing or no YAML, a key is unknown, or a value is bad.
     """
     if not path.is_file():
-        known = ", ".join(sorted(p.name for p in Path(__file__).parent.glob("*.yaml")))
+        known = ", ".join(sorted(p.name for p in CONFIGS.glob("*.yaml")))
         raise InputError(f"there is no config file {path}; the project's own in configs/ are {known}")
     for text in overrides or []:
         if "=" not in text:

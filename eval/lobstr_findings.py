@@ -1,13 +1,12 @@
 """Which findings of the LoBSTr paper (section 4) the rows of its study repeat.
 
-The rule stands before any row is known: one row is better than another where their means differ by more than their two standard
-deviations over seeds together, so that the ranges "mean ± std" do not touch. What is closer is undecided. A finding that two rows do
-not differ is reproduced where they are undecided.
+``eval.compared_rows`` says by what rule. A finding that two rows do not differ is reproduced where they are undecided.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from eval.compared_rows import ComparedRows, Finding, Found, findings
 from eval.lobstr_rows import (
     AUTOREGRESSIVE,
     CNN,
@@ -31,81 +30,33 @@ from eval.lobstr_rows import (
 
 MORE_IS_BETTER = ("contact_accuracy", "body_movement")
 UNITS = {"contact_accuracy": "%", "rotational_error": "deg", "body_movement": "deg", "toe_velocity_error": "cm/s"}  # others: cm
-Finding = dict[str, Any]
-Found = Iterator[tuple[str, bool]]
-
-
-class _Rows:
-    """The rows by name, to be compared."""
-
-    def __init__(self, rows: Sequence[dict[str, Any]]) -> None:
-        self._ours = {row["name"]: row["ours"] for row in rows}
-
-    def __contains__(self, name: str) -> bool:
-        return name in self._ours
-
-    def has(self, name: str, measure: str) -> bool:
-        """Return whether a row has a measure."""
-        return measure in self._ours[name]
-
-    def mean(self, name: str, measure: str) -> float:
-        """Return the mean of a measure."""
-        return self._ours[name][measure]["mean"]
-
-    def order(self, names: Sequence[str], measure: str) -> list[str]:
-        """Return rows from the best to the worst by their means."""
-        return sorted(names, key=lambda name: -_sign(measure) * self.mean(name, measure))
-
-    def better(self, name: str, other: str, measure: str, claim: str) -> tuple[str, bool]:
-        """Return a claim with the numbers behind it, and whether one row is better than another."""
-        lead, spread = self._compared(name, other, measure)
-        verdict = "so it is" if lead > spread else "it is the other way round" if -lead > spread else "undecided, closer than seeds are"
-        return f"{claim}: {self._numbers(name, other, measure)}: {verdict}", lead > spread
-
-    def alike(self, name: str, other: str, measure: str, claim: str) -> tuple[str, bool]:
-        """Return a claim that two rows do not differ, with the numbers behind it, and whether it holds."""
-        lead, spread = self._compared(name, other, measure)
-        verdict = "closer than seeds are" if abs(lead) <= spread else f"{name if lead > 0 else other} is better"
-        return f"{claim}: {self._numbers(name, other, measure)}: {verdict}", abs(lead) <= spread
-
-    def text(self, name: str, measure: str) -> str:
-        """Return mean and standard deviation with unit."""
-        value = self._ours[name][measure]
-        return f"{value['mean']:.2f} ± {value['std']:.2f} {UNITS.get(_plain(measure), 'cm')}"
-
-    def _compared(self, name: str, other: str, measure: str) -> tuple[float, float]:
-        one, two = (self._ours[row][measure] for row in (name, other))
-        return _sign(measure) * (one["mean"] - two["mean"]), one["std"] + two["std"]
-
-    def _numbers(self, name: str, other: str, measure: str) -> str:
-        return f"{measure} {self.text(name, measure)} ({name}) against {self.text(other, measure)} ({other})"
 
 
 def find(rows: Sequence[dict[str, Any]]) -> list[Finding]:
     """Return each finding with the numbers that decide it."""
-    ask = _Rows(rows)
+    ask = ComparedRows(rows, _sign, _text)
     parts = (_encoders, _autoregressive, _losses, _marks, _upright, _representations, _movement, _six_point)
-    return [{"finding": text, "reproduced": bool(reproduced)} for part in parts for text, reproduced in part(ask)]
+    return findings(found for part in parts for found in part(ask))
 
 
-def _encoders(ask: _Rows) -> Found:
+def _encoders(ask: ComparedRows) -> Found:
     gated, others = (GRU, LSTM), (FC, CNN, RNN)
     for measure in TABLE_1:
         claim = "LSTM and GRU are the best encoders: the worse of the two is better than all others"
-        yield ask.better(ask.order(gated, measure)[-1], ask.order(others, measure)[0], measure, claim)
+        yield ask.better(ask.worst(gated, measure), ask.best(others, measure), measure, claim)
     for measure in ("rotational_error", "toe_position_error"):  # by contacts it prefers GRU
         yield ask.alike(GRU, LSTM, measure, "between LSTM and GRU the difference is not significant")
-    best = ask.order((LSTM, *others), "contact_accuracy")[0]
+    best = ask.best((LSTM, *others), "contact_accuracy")
     yield ask.better(GRU, best, "contact_accuracy", "GRU tells contacts best")
     for measure in TABLE_1:
-        yield ask.better(ask.order((*gated, FC, RNN), measure)[-1], CNN, measure, "CNN-1D is the worst encoder")
+        yield ask.better(ask.worst((*gated, FC, RNN), measure), CNN, measure, "CNN-1D is the worst encoder")
     jittery, smooth = (FC, CNN), (*gated, RNN)
-    steadier, restless = (min(jittery, key=lambda row: ask.mean(row, "body_movement")), ask.order(smooth, "body_movement")[0])
+    steadier, restless = (min(jittery, key=lambda row: ask.mean(row, "body_movement")), ask.best(smooth, "body_movement"))
     claim = "encoders without recurrence jitter: the steadier of the two moves more than all recurrent ones"
     yield ask.better(steadier, restless, "body_movement", claim)
 
 
-def _autoregressive(ask: _Rows) -> Found:
+def _autoregressive(ask: ComparedRows) -> Found:
     share, frames = (ask.mean(AUTOREGRESSIVE, name) for name in ("exploded", "frames_until_explosion"))
     yield (
         f"a GRU that gets its own poses back explodes, in the paper after about 120 frames: with {share:.0%} of the seeds it does, after "
@@ -115,7 +66,7 @@ def _autoregressive(ask: _Rows) -> Found:
     yield ask.better(GRU, AUTOREGRESSIVE, "toe_position_error", "running freely it is worse than the GRU alone")
 
 
-def _losses(ask: _Rows) -> Found:
+def _losses(ask: ComparedRows) -> Found:
     position, velocity, angle = "toe_position_error", "toe_velocity_error", "rotational_error"
     for row, terms in ((PK, "the kinematics term lowers"), (GRU, "both terms together lower")):
         yield ask.better(row, P, position, f"{terms} the error of toe-bases")
@@ -126,7 +77,7 @@ def _losses(ask: _Rows) -> Found:
         yield ask.alike(row, P, angle, "the terms do not touch the error of joint angles")
 
 
-def _marks(ask: _Rows) -> Found:
+def _marks(ask: ComparedRows) -> Found:
     for row in (GRU, SHIPPED):
         if row in ask:
             for measure, mark in TABLE_1.items():
@@ -140,15 +91,15 @@ def _marks(ask: _Rows) -> Found:
                 yield ask.better(row, MEAN_POSE, measure, f"{row}: is better than the mean pose")
 
 
-def _upright(ask: _Rows) -> Found:
+def _upright(ask: ComparedRows) -> Found:
     for measure in ("rotational_error", "toe_position_error"):
         claim = "beyond the paper: thighs told against the upright frame, not against a pelvis whose tilt is not seen, are told better"
         yield ask.better(UPRIGHT, GRU, measure, claim)
 
 
-def _representations(ask: _Rows) -> Found:
+def _representations(ask: ComparedRows) -> Found:
     for measure in ("toe_distance_error", "toe_position_error"):
-        best = ask.order((GRU, POSE), measure)[0]
+        best = ask.best((GRU, POSE), measure)
         yield ask.better(COMBINED, best, measure, "with perfect trackers the combined representation is the best")
     for height in HEIGHTS:
         velocity, pose, combined = (user_row(height, how) for how in ("velocity", "pos-ori", "combined"))
@@ -162,7 +113,7 @@ def _representations(ask: _Rows) -> Found:
     yield from _sitting(ask)
 
 
-def _sitting(ask: _Rows) -> Found:
+def _sitting(ask: ComparedRows) -> Found:
     """Yield that sitting down is the exception, for two of three users in the paper."""
     measure = "toe_distance_sit_stand"
     if all(ask.has(user_row(height, "velocity"), measure) for height in HEIGHTS):
@@ -172,7 +123,7 @@ def _sitting(ask: _Rows) -> Found:
         yield f"{claim}; {'; '.join(text for text, _ in compared)}", better > len(HEIGHTS) / 2
 
 
-def _movement(ask: _Rows) -> Found:
+def _movement(ask: ComparedRows) -> Found:
     for height in HEIGHTS:
         velocity, pose = (user_row(height, how) for how in ("velocity", "pos-ori"))
         yield ask.better(
@@ -180,7 +131,7 @@ def _movement(ask: _Rows) -> Found:
         )
 
 
-def _six_point(ask: _Rows) -> Found:
+def _six_point(ask: ComparedRows) -> Found:
     for height in HEIGHTS:
         lobstr, lost = user_row(height, "velocity"), user_row(height, LOST_FEET)
         for measure, when in (("toe_position_error_hidden", "while a foot is hidden"), ("toe_position_error", "over all frames")):
@@ -195,3 +146,7 @@ def _sign(measure: str) -> float:
 def _plain(measure: str) -> str:
     """Return a measure's name without what it is of."""
     return next((name for name in UNITS if measure.startswith(name)), measure)
+
+
+def _text(value: Mapping[str, float], measure: str) -> str:
+    return f"{value['mean']:.2f} ± {value['std']:.2f} {UNITS.get(_plain(measure), 'cm')}"

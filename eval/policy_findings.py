@@ -1,56 +1,30 @@
 """Which findings of the thesis's section 4.5 the rows of the policy studies repeat.
 
-The rule stands before any row is known: one row is better than another where their means differ by more than their two standard
-deviations over seeds together, so that the ranges "mean ± std" do not touch. What is closer is undecided, and not reproduced.
+``eval.compared_rows`` says by what rule.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from eval.compared_rows import ComparedRows, Finding, Found, findings
 from eval.policy_rows import DRECON, FULL, IMU, IMU_LARGE, MIXED, OPTICAL, OPTICAL_LARGE, OURS
 from eval.policy_scores import MEASURES, RECORDED
 
 DECIMALS = {"episode_length_ratio": 3, "sr90": 3, "root_mse": 4, "max_reward_ratio": 3}
 LENGTH, SR90, ROOT, REWARD = MEASURES
-Finding = dict[str, Any]
-Found = Iterator[tuple[str, bool]]
-
-
-class _Rows:
-    """The rows by name, to be compared."""
-
-    def __init__(self, rows: Sequence[dict[str, Any]]) -> None:
-        self._ours = {row["name"]: row["ours"] for row in rows}
-
-    def best(self, names: Sequence[str], measure: str) -> str:
-        """Return the row that is best by its mean."""
-        return max(names, key=lambda name: _sign(measure) * self._ours[name][measure]["mean"])
-
-    def worst(self, names: Sequence[str], measure: str) -> str:
-        """Return the row that is worst by its mean."""
-        return min(names, key=lambda name: _sign(measure) * self._ours[name][measure]["mean"])
-
-    def better(self, name: str, other: str, measure: str, claim: str) -> tuple[str, bool]:
-        """Return a claim with the numbers behind it, and whether one row is better than another."""
-        one, two = (self._ours[row][measure] for row in (name, other))
-        lead = _sign(measure) * (one["mean"] - two["mean"])
-        spread = one["std"] + two["std"]
-        verdict = "so it is" if lead > spread else "it is the other way round" if -lead > spread else "undecided, closer than seeds are"
-        numbers = f"{_text(one, measure)} ({name}) against {_text(two, measure)} ({other})"
-        return f"{claim}: {measure} {numbers}: {verdict}", lead > spread
 
 
 def mixture_findings(rows: Sequence[dict[str, Any]]) -> list[Finding]:
     """Return the findings of 4.5.2 with the numbers that decide each."""
-    return _all(_mixture(_Rows(rows)))
+    return findings(_mixture(ComparedRows(rows, _sign, _text)))
 
 
 def configuration_findings(rows: Sequence[dict[str, Any]]) -> list[Finding]:
     """Return the findings of 4.5.3 with the numbers that decide each."""
-    return _all(_configuration(_Rows(rows)))
+    return findings(_configuration(ComparedRows(rows, _sign, _text)))
 
 
-def _mixture(rows: _Rows) -> Found:
+def _mixture(rows: ComparedRows) -> Found:
     single, of_optical, with_imu = (IMU_LARGE, IMU, OPTICAL_LARGE, OPTICAL), (OPTICAL, OPTICAL_LARGE), (MIXED, IMU_LARGE, IMU)
     for measure in (LENGTH, REWARD, ROOT):
         claim = "IMU + optical is better than every other data set, larger ones included"
@@ -72,7 +46,7 @@ def _mixture(rows: _Rows) -> Found:
             yield rows.better(large, small, measure, "more data of one kind are better (in Table 4.4, not in its text)")
 
 
-def _configuration(rows: _Rows) -> Found:
+def _configuration(rows: ComparedRows) -> Found:
     for other, claim in (
         (DRECON, "to observe all bodies is better than to observe a few (drecon)"),
         (FULL, "to correct key joints is better than to correct all"),
@@ -83,15 +57,11 @@ def _configuration(rows: _Rows) -> Found:
         yield rows.better(DRECON, FULL, measure, "drecon comes second, before the full state and action space")
 
 
-def _all(found: Found) -> list[Finding]:
-    return [{"finding": text, "reproduced": bool(reproduced)} for text, reproduced in found]
-
-
 def _sign(measure: str) -> float:
     """Return whether more of a measure is better."""
     return -1.0 if measure.removeprefix(RECORDED) == ROOT else 1.0
 
 
-def _text(value: dict[str, float], measure: str) -> str:
+def _text(value: Mapping[str, float], measure: str) -> str:
     decimals = DECIMALS[measure.removeprefix(RECORDED)]
     return f"{value['mean']:.{decimals}f} ± {value['std']:.{decimals}f}"

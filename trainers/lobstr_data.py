@@ -14,7 +14,7 @@ from datasets.jumps import cut_at_jumps
 from datasets.kinematics import resample
 from datasets.lower_body import leg_rotations, to_six, toe_contacts
 from datasets.mirror import mirrored
-from datasets.mixture import choose_holdout, identity, pick_holdout
+from datasets.mixture import choose_holdout, identity
 from datasets.motion import BodyMotion
 from datasets.motion_library import ClipInfo
 from datasets.roles import read_mapping
@@ -98,7 +98,7 @@ def prepare_lobstr_data(config: LobstrDataConfig, cache: Path, say: Callable[[st
     else:
         clips, arrays, _ = prepared
     as_recorded = tuple(clip for clip in clips if clip.name.endswith("/0"))
-    held_out = choose_holdout(clips, pick_holdout(as_recorded) if config.holdout == "auto" else config.holdout)
+    held_out = choose_holdout(as_recorded, config.holdout)
     frames = LobstrFrames(**{name: torch.from_numpy(array) for name, array in arrays.items()})
     training = LobstrClips(tuple(clip for clip in clips if clip.performer != held_out))
     holdout = LobstrClips(tuple(clip for clip in as_recorded if held_out in ("none", clip.performer)))

@@ -11,7 +11,7 @@ from configs.errors import InputError
 from datasets.imu_fusion import simulate_suit
 from datasets.jumps import cut_at_jumps
 from datasets.kinematics import resample
-from datasets.mixture import choose_holdout, identity, pick_holdout
+from datasets.mixture import choose_holdout, identity
 from datasets.motion import BodyMotion
 from datasets.motion_library import ClipInfo
 from datasets.roles import read_mapping
@@ -95,9 +95,7 @@ def prepare_root_data(config: RootDataConfig, cache: Path, say: Callable[[str], 
     if not packed.clips:
         raise InputError(f"data.kinds={list(config.kinds)} and data.test={list(config.test)} leave no clip of {config.motions}")
     minutes = sum(clip.frames for clip in packed.clips) / RATE / 60.0
-    real = [clip for clip in packed.clips if clip.system != SYNTHETIC]
-    wanted = pick_holdout(real or packed.clips) if config.holdout == "auto" else config.holdout
-    held_out = choose_holdout(packed.clips, wanted)
+    held_out = choose_holdout(packed.clips, config.holdout)
     performers = sorted({clip.performer for clip in packed.clips})
     training = packed.select([clip.performer != held_out for clip in packed.clips])
     holdout = packed.select([held_out in ("none", clip.performer) for clip in packed.clips])
