@@ -10,6 +10,7 @@ from safetensors.torch import save_file
 from torch import nn
 
 from configs.errors import InputError
+from configs.whole_file import whole_file
 
 N = TypeVar("N", bound=nn.Module)
 
@@ -22,11 +23,16 @@ def save_network(network: nn.Module, path: Path, shape: dict[str, Any], card: di
         path: File to write.
         shape: JSON values that the network is built from.
         card: JSON values that say what it is and what it was trained on.
+
+    Raises:
+        OSError: If that could not be; a file that was there stays.
     """
     weights = {name: tensor.contiguous() for name, tensor in network.state_dict().items()}
-    temporary = path.with_suffix(".tmp")
-    save_file(weights, temporary, metadata={"shape": json.dumps(shape), "card": json.dumps(card)})
-    temporary.replace(path)
+    try:
+        with whole_file(path) as temporary:
+            save_file(weights, temporary, metadata={"shape": json.dumps(shape), "card": json.dumps(card)})
+    except SafetensorError as error:  # such as a full disk; the values themselves are known to be good
+        raise OSError(f"{path} could not be written: {error}") from error
 
 
 def load_network(path: Path, build: Callable[..., N], what: str, where: str) -> tuple[N, dict[str, Any]]:

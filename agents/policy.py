@@ -10,17 +10,18 @@ from torch import nn
 
 from agents.network_file import load_network, save_network
 from agents.normaliser import Normaliser
+from agents.perceptron import Perceptron
 
 ACTIVATIONS: dict[str, type[nn.Module]] = {"tanh": nn.Tanh, "elu": nn.ELU, "silu": nn.SiLU, "relu": nn.ReLU}
 
 
-def _perceptron(sizes: list[int], activation: type[nn.Module], last_gain: float) -> nn.Sequential:
+def _perceptron(sizes: list[int], activation: type[nn.Module], last_gain: float) -> Perceptron:
     linears = [nn.Linear(into, out) for into, out in pairwise(sizes)]
     for linear in linears:
         nn.init.orthogonal_(linear.weight, last_gain if linear is linears[-1] else 2**0.5)
         nn.init.zeros_(linear.bias)
     hidden = [layer for linear in linears[:-1] for layer in (linear, activation())]
-    return nn.Sequential(*hidden, linears[-1])
+    return Perceptron(*hidden, linears[-1])
 
 
 class Policy(nn.Module):
@@ -43,6 +44,11 @@ class Policy(nn.Module):
         # Small last weights: the first policy is the zero residual, plus exploration.
         self.actor = _perceptron([observation_size, *hidden, action_size], ACTIVATIONS[activation], 0.01)
         self.critic = _perceptron([observation_size, *hidden, 1], ACTIVATIONS[activation], 1.0)
+
+    def forward(self, observation: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        """Return mean action (..., A) and value (...) of raw observations (..., O), normalised once."""
+        observed = self.normaliser(observation)
+        return self.actor(observed), self.critic(observed).squeeze(-1)
 
     def mean_action(self, observation: torch.Tensor) -> torch.Tensor:
         """Return the mean of the action's Gaussian for raw observations (..., O), shape (..., A)."""

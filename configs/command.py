@@ -3,11 +3,11 @@
 import sys
 from collections.abc import Callable
 
-from configs.errors import InputError
+from configs.errors import InputError, RunError
 
 
 def exit_code_of(command: Callable[[], None]) -> int:
-    """Run a command and return its exit code: 0, 2 after one line on standard error for bad input, 130 for Ctrl-C.
+    """Run a command and return its exit code: 0, 130 for Ctrl-C, after one line of error 2 for bad input or 1 for a run that failed.
 
     Anything else that goes wrong is a fault of the program: its traceback is shown and Python exits with 1.
     """
@@ -16,6 +16,9 @@ def exit_code_of(command: Callable[[], None]) -> int:
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
+    except RunError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
     except KeyboardInterrupt:
         return 130
     return 0

@@ -5,6 +5,10 @@ class InputError(ValueError):
     """Bad input from the user: the message says in one line what is wrong, where, and what would be right."""
 
 
+class RunError(RuntimeError):
+    """The end of a run that cannot go on, by no fault of what was typed: the message says in one line what was lost and what is saved."""
+
+
 def require(good: bool, name: str, value: object, should: str) -> None:
     """Raise InputError that the setting ``name`` has a ``value`` that is not what it ``should`` be, unless it is ``good``."""
     if not good:

@@ -10,6 +10,7 @@ from omegaconf.errors import OmegaConfBaseException
 from yaml import YAMLError
 
 from configs.errors import InputError
+from configs.whole_file import whole_file
 
 T = TypeVar("T")
 
@@ -57,8 +58,16 @@ def read_value(path: Path, key: str) -> object:
 
 
 def save_config(config: Any, path: Path) -> None:
-    """Write a resolved config as YAML."""
-    path.write_text(OmegaConf.to_yaml(OmegaConf.structured(config)))
+    """Write a resolved config as YAML.
+
+    Raises:
+        InputError: If it cannot be written there.
+    """
+    try:
+        with whole_file(path) as temporary:
+            temporary.write_text(OmegaConf.to_yaml(OmegaConf.structured(config)))
+    except OSError as error:
+        raise InputError(f"{path} cannot be written: {error.strerror}; make room there, or name another folder") from None
 
 
 def _check_keys(cls: Any, given: object, prefix: str, where: str) -> None:

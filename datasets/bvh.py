@@ -16,6 +16,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from configs.errors import InputError
+from configs.whole_file import whole_file
 from datasets.bvh_parser import Vector, parse
 
 
@@ -90,14 +91,9 @@ def write_bvh(path: str | os.PathLike[str], bvh: Bvh) -> None:
         InputError: If the file cannot be written there.
     """
     path = Path(path)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
-        try:
-            with temporary.open("w", encoding="utf-8", newline="\n") as file:
-                file.writelines(f"{line}\n" for line in _lines(bvh))
-            temporary.replace(path)
-        finally:
-            temporary.unlink(missing_ok=True)
+        with whole_file(path) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as file:
+            file.writelines(f"{line}\n" for line in _lines(bvh))
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror}); give a file in a writable folder") from error
 

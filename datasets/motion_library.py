@@ -72,20 +72,20 @@ class Reference(NamedTuple):
     truth_root: Array
 
 
-_ALL, _JOINTS = (BODY_COUNT,), (BODY_COUNT - 1,)
+_ALL, _JOINTS = BODY_COUNT, BODY_COUNT - 1
 _SHAPES = {  # of one frame's parts, in the order of Observed, Rewarded and Reference
-    "pos": (*_ALL, 3),
-    "lin_vel": (*_ALL, 3),
+    "pos": (_ALL, 3),
+    "lin_vel": (_ALL, 3),
     "com": (3,),
     "com_vel": (3,),
     "facing": (2,),
     "hinges": (HINGE_COUNT,),
     "hinge_vel": (HINGE_COUNT,),
-    "rewarded_pos": (*_ALL, 3),
-    "rewarded_rot": (*_ALL, 3, 3),
-    "rewarded_lin_vel": (*_ALL, 3),
-    "rewarded_axis_vel": (*_ALL, 3, 3),
-    "rewarded_local_rot": (*_JOINTS, 3, 3),
+    "rewarded_pos": (3, _ALL),  # the rewarded parts component by component: so the reward is quickest
+    "rewarded_rot": (3, 3, _ALL),
+    "rewarded_lin_vel": (3, _ALL),
+    "rewarded_axis_vel": (3, 3, _ALL),
+    "rewarded_local_rot": (3, 3, _JOINTS),
     "truth_root": (3,),
 }
 _ENDS = np.cumsum([0, *(np.prod(shape) for shape in _SHAPES.values())]).tolist()
@@ -188,11 +188,12 @@ class MotionLibrary:
         return _reference(self.table[rows])
 
 
-def _reference(table: Array) -> Reference:
+def _reference(table: np.ndarray) -> Reference:
     """Return the parts of table rows (N, W), as views of them."""
     parts = [table[:, columns].reshape(-1, *shape) for columns, shape in zip(_COLUMNS, _SHAPES.values(), strict=True)]
     observed = len(Observed._fields)
-    return Reference(Observed(*parts[:observed]), Rewarded(*parts[observed:-1]), parts[-1])
+    rewarded = [part.transpose(0, part.ndim - 1, *range(1, part.ndim - 1)) for part in parts[observed:-1]]
+    return Reference(Observed(*parts[:observed]), Rewarded(*rewarded), parts[-1])
 
 
 def _pack(motion: BodyMotion, truth: BodyMotion, paired: bool) -> dict[str, np.ndarray]:
@@ -227,7 +228,7 @@ def _pack(motion: BodyMotion, truth: BodyMotion, paired: bool) -> dict[str, np.n
 
 
 def _rewarded(motion: BodyMotion) -> dict[str, np.ndarray]:
-    """Return the parts of a frame that are rewarded, of all frames of a clip."""
+    """Return the parts of a frame that are rewarded, of all frames of a clip, bodies last."""
     pos, quat = body_poses(motion)
     rot, parents = to_matrix(quat), np.array(SKELETON.parents[1:])
     parts = Rewarded(
@@ -237,7 +238,7 @@ def _rewarded(motion: BodyMotion) -> dict[str, np.ndarray]:
         axis_velocity(angular_velocity(quat, motion.fps), rot),
         rot[:, parents].swapaxes(-1, -2) @ rot[:, 1:],
     )
-    return {f"rewarded_{name}": part for name, part in parts._asdict().items()}
+    return {f"rewarded_{name}": np.moveaxis(part, 1, -1) for name, part in parts._asdict().items()}
 
 
 def axis_velocity(ang_vel: Array, rot: Array) -> Array:

@@ -36,16 +36,16 @@ def observe(spec: MimicSpec, agent: BodyState, target: Observed, smoothed_action
         table.append(ahead.reshape(len(ahead), -1, 3))
     vectors = xp.concat(table, axis=1)
     if spec.frame == "heading":
-        vectors = _turn_back(vectors, target.facing)
+        _turn_back(vectors, target.facing)
     flat = vectors.reshape(len(vectors), -1)
     additions = spec.observation_slices["smoothed_action"].start + 2  # columns 11 and 14 are left out: what is not horizontal
     parts = [flat[:, :11], flat[:, 12:14], flat[:, 15:additions], smoothed_action, flat[:, additions:]]
     return xp.concat([*parts, agent.com[:, 2:]] if spec.com_height else parts, axis=1)
 
 
-def _turn_back(vectors: Array, facing: Array) -> Array:
-    """Return vectors (N, K, 3) in axes whose x points along ``facing`` (N, 2), the cosine and sine of a heading."""
-    xp = namespace(vectors)
+def _turn_back(vectors: Array, facing: Array) -> None:
+    """Turn vectors (N, K, 3) in place into axes whose x points along ``facing`` (N, 2), the cosine and sine of a heading."""
     cosine, sine = facing[:, :1], facing[:, 1:]
     x, y = vectors[..., 0], vectors[..., 1]
-    return xp.stack([cosine * x + sine * y, cosine * y - sine * x, vectors[..., 2]], axis=-1)
+    ahead, left = cosine * x + sine * y, cosine * y - sine * x
+    vectors[..., 0], vectors[..., 1] = ahead, left

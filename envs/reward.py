@@ -6,11 +6,12 @@ import numpy as np
 
 from datasets.body_state import BodyState
 from datasets.humanoid import HEAD, SKELETON
-from datasets.motion_library import Observed, Reference, Rewarded, axis_velocity
-from datasets.rotation import Array, Constant, namespace
+from datasets.motion_library import Observed, Reference, Rewarded
+from datasets.rotation import Array, Constant, namespace, skew
 from envs.mimic_spec import ALPHA_LOCAL, ALPHA_POSITION, ALPHA_VELOCITY, DISCOUNT_OFFSET, DISCOUNT_SLOPE
 
-_PARENTS = np.array(SKELETON.parents[1:])
+_PARENTS = np.array([0, *SKELETON.parents[1:]])  # the pelvis counts as its own: it is left out afterwards
+_CROSS = Constant(skew(np.eye(3)).reshape(3, 9).T)  # from a vector to the matrix whose products are cross products with it, (9, 3)
 # From a body's origin to the face centres of its unit cube, as multiples of its axes, shape (6, 3) [m].
 _FACES = Constant(np.concat([0.5 * np.eye(3), -0.5 * np.eye(3)]))
 
@@ -42,11 +43,15 @@ def reward(agent: BodyState, reference: Reference) -> Reward:
 def local_pose(agent: BodyState, target: Rewarded) -> Array:
     """Return exp(-2.5 x mean angle [rad] between the 19 joints' local rotations), shape (N,). Source: eq. 4.6."""
     xp = namespace(agent.rot)
-    error = agent.rot[:, _PARENTS].swapaxes(-1, -2) @ agent.rot[:, 1:] - target.local_rot
+    rot = _by_entry(agent.rot)
+    # NumPy's indexing would give memory another order than what it is multiplied with.
+    parents = rot.take(_PARENTS, axis=-1) if xp is np else rot[..., _PARENTS]
+    local = xp.einsum("ijnb,iknb->jknb", parents, rot)  # the parents' inverse times the bodies' rotations
+    error = local[..., 1:] - _by_entry(target.local_rot)
     # Chord instead of trace: |A - B| = 2 sqrt(2) sin(angle / 2) stays exact for small angles in single precision.
-    half_sine = xp.sqrt(xp.einsum("njik,njik->nj", error, error) / 8.0)
-    angles = 2.0 * xp.arcsin(half_sine.clip(0.0, 1.0))
-    return xp.exp(-ALPHA_LOCAL / len(_PARENTS) * angles.sum(axis=-1))
+    half_sine = xp.sqrt(xp.einsum("jknb,jknb->nb", error, error) / 8.0)
+    half_angles = xp.arcsin(half_sine.clip(0.0, 1.0))
+    return xp.exp(-2.0 * ALPHA_LOCAL / error.shape[-1] * half_angles.sum(axis=-1))
 
 
 def position(agent: BodyState, target: Rewarded) -> Array:
@@ -54,9 +59,9 @@ def position(agent: BodyState, target: Rewarded) -> Array:
 
     Face centres stand at +-0.5 m along each body's axes and are taken from the root. Source: eq. 4.7.
     """
-    error = agent.pos - target.pos
-    centre = error - error[:, :1]
-    return namespace(centre).exp(-ALPHA_POSITION * _six_faces(centre, agent.rot - target.rot))
+    error = _by_component(agent.pos) - _by_component(target.pos)
+    axes = _by_entry(agent.rot) - _by_entry(target.rot)
+    return namespace(error).exp(-ALPHA_POSITION * _six_faces(error - error[..., :1], axes))
 
 
 def velocity(agent: BodyState, target: Rewarded) -> Array:
@@ -64,9 +69,13 @@ def velocity(agent: BodyState, target: Rewarded) -> Array:
 
     Velocities are those of the positions of eq. 4.7, hence relative to the root's. Source: eq. 4.8.
     """
-    error = agent.lin_vel - target.lin_vel
-    axes = axis_velocity(agent.ang_vel, agent.rot) - target.axis_vel
-    return namespace(error).exp(-ALPHA_VELOCITY * _six_faces(error - error[:, :1], axes))
+    xp = namespace(agent.lin_vel)
+    error = _by_component(agent.lin_vel) - _by_component(target.lin_vel)
+    rot = _by_entry(agent.rot)
+    spin = (_CROSS.like(rot) @ _by_component(agent.ang_vel).reshape(3, -1)).reshape(rot.shape)
+    axes = xp.einsum("ijnb,jknb->iknb", spin, rot)  # how fast the tips of the unit axes move
+    axes -= _by_entry(target.axis_vel)
+    return xp.exp(-ALPHA_VELOCITY * _six_faces(error - error[..., :1], axes))
 
 
 def discount(agent: BodyState, target: Observed) -> Array:
@@ -77,15 +86,24 @@ def discount(agent: BodyState, target: Observed) -> Array:
     return (DISCOUNT_OFFSET - DISCOUNT_SLOPE * distance).clip(0.0, 1.0)
 
 
+def _by_component(vectors: Array) -> Array:
+    """Return a view (3, N, B) of vectors (N, B, 3)."""
+    return namespace(vectors).einsum("nbi->inb", vectors)
+
+
+def _by_entry(matrices: Array) -> Array:
+    """Return a view (3, 3, N, B) of matrices (N, B, 3, 3): long rows of worlds and bodies, where NumPy is quick."""
+    return namespace(matrices).einsum("nbij->ijnb", matrices)
+
+
 def _six_faces(centre: Array, axes: Array) -> Array:
     """Return, averaged over bodies, the summed norms of ``centre`` +- half of each axis, shape (N,).
 
     Args:
-        centre: Difference of the origins, shape (N, 20, 3).
-        axes: Difference of the unit axes, as columns, shape (N, 20, 3, 3).
+        centre: Difference of the origins, shape (3, N, 20).
+        axes: Difference of the unit axes, rows are components, shape (3, 3, N, 20).
     """
-    # One product over all worlds, and the faces first: small inner dimensions are what costs NumPy most.
-    faces = _FACES.like(axes) @ axes.reshape(-1, 3).T + centre.reshape(-1)
-    squares = (faces * faces).reshape(6, *centre.shape)
-    norms = namespace(centre).sqrt(squares[..., 0] + squares[..., 1] + squares[..., 2])
-    return norms.sum(axis=(0, 2)) / centre.shape[1]
+    xp = namespace(centre)
+    faces = _FACES.like(axes) @ axes.reshape(3, 3, -1) + centre.reshape(3, 1, -1)
+    norms = xp.sqrt(xp.einsum("ifm,ifm->fm", faces, faces))
+    return norms.sum(axis=0).reshape(centre.shape[1:]).sum(axis=-1) / centre.shape[-1]

@@ -30,12 +30,13 @@ class StartSampler:
         self.first = np.concat([BIN_FRAMES * np.arange(count) for count in counts])  # frame within the clip
         self.width = np.minimum(BIN_FRAMES, usable[self.clip] - self.first)
         ends = np.cumsum(counts)
-        self._offset = ends - counts
+        self._offset, self._last = ends - counts, ends - 1  # first and last bin of each clip
         # Row k: of each bin the one that comes k bins later, or the last of its clip.
         self._ahead = np.minimum(np.arange(ends[-1]) + np.arange(AHEAD)[:, None], ends[self.clip] - 1)
         weights = np.ones(len(usable)) if clip_weights is None else clip_weights / usable
         prior = self.width * weights[self.clip]
         self.prior = prior / prior.sum()
+        self._below = None if adaptive else _up_to(self.prior)
         self.forget()
 
     def forget(self) -> None:
@@ -56,14 +57,20 @@ class StartSampler:
 
     def draw(self, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         """Return ``count`` starts as clips (count,) and frames within them (count,)."""
-        below = np.cumsum(self.probabilities())
-        bins = np.searchsorted(below / below[-1], rng.random(count), side="right")
+        below = _up_to(self.probabilities()) if self._below is None else self._below
+        bins = np.searchsorted(below, rng.random(count), side="right")
         return self.clip[bins], self.first[bins] + rng.integers(0, self.width[bins])
 
     def record(self, clip: np.ndarray, start: np.ndarray, end: np.ndarray, failed: np.ndarray) -> None:
         """Learn from ended episodes: their clip, first and last frame within it, and whether they failed, each (n,)."""
-        for one, first, last, bad in zip(clip, start // BIN_FRAMES, end // BIN_FRAMES, failed, strict=True):
-            first_bin = self._offset[one] + first
-            last_bin = min(self._offset[one] + last, np.searchsorted(self.clip, one, side="right") - 1)
-            self.failure_rate[first_bin:last_bin] *= 1.0 - MEMORY
-            self.failure_rate[last_bin] += MEMORY * (float(bad) - self.failure_rate[last_bin])
+        first_bins = self._offset[clip] + start // BIN_FRAMES
+        last_bins = np.minimum(self._offset[clip] + end // BIN_FRAMES, self._last[clip])
+        for first, last, bad in zip(first_bins.tolist(), last_bins.tolist(), failed.tolist(), strict=True):
+            self.failure_rate[first:last] *= 1.0 - MEMORY
+            self.failure_rate[last] += MEMORY * (bad - self.failure_rate[last])
+
+
+def _up_to(probabilities: np.ndarray) -> np.ndarray:
+    """Return how likely each of some bins or one before it is, shape (bins,)."""
+    below = np.cumsum(probabilities)
+    return below / below[-1]

@@ -142,24 +142,26 @@ class AdaptMimicVectorEnv(VectorEnv):
         failed = self.physics.step(self._targets(reference.observed))
         agent = self.physics.bodies()
         terms = reward(agent, reference)
+        root = agent.pos[:, 0]
         if failed.any():
             self.physics_failures += int(failed.sum())
             for term in terms:
                 term[failed] = 0.0
+            root = np.where(failed[:, None], reference.observed.pos[:, 0], root)  # an exploded root is nowhere
         imitation = terms.total
         rewards = imitation - penalties(self.task, agent, self._action - before) if self.task.penalised else imitation
         terminated = failed | termination.lost(terms.discount) | termination.fallen(agent)
         truncated = ~terminated & (self._row + FRAMES_PER_STEP > self._last)
-        root = np.where(failed[:, None], reference.observed.pos[:, 0], agent.pos[:, 0])  # an exploded root is nowhere
         self._metrics.add(imitation, root, reference.observed.pos[:, 0], reference.truth_root + self._anchor)
         observation = self._observe(slice(None), agent, reference)
         info: dict[str, Any] = {f"reward/{name}": term for name, term in terms._asdict().items()}
         info["physics_failed"] = failed
         ended = terminated | truncated
         if ended.any():
-            self._end(ended, terminated, observation, info)
+            worlds = np.flatnonzero(ended)
+            info |= {"final_obs": observation, "_final_obs": ended, "tracking": self._end(worlds, terminated), "_tracking": ended}
             if self._autoreset:
-                observation = self._restart(np.flatnonzero(ended), observation)
+                observation = self._restart(worlds, observation)
         return observation, rewards, terminated, truncated, info
 
     @property
@@ -192,8 +194,8 @@ class AdaptMimicVectorEnv(VectorEnv):
         self.np_random.bit_generator.state = state["random"]
         return self._observe(slice(None), self.physics.bodies(), self.library.at(self._row))
 
-    def _begin(self, worlds: np.ndarray, clip: np.ndarray, frame: np.ndarray, frames: np.ndarray | int) -> None:
-        """Put worlds onto the reference at the given frames, for at most ``frames`` frames."""
+    def _begin(self, worlds: np.ndarray, clip: np.ndarray, frame: np.ndarray, frames: np.ndarray | int) -> Reference:
+        """Put worlds onto the reference at the given frames, for at most ``frames`` frames; return it there."""
         row = self._clip_start[clip] + frame
         self._clip[worlds], self._first[worlds], self._row[worlds] = clip, row, row
         self._last[worlds] = np.minimum(row + frames, self._clip_end[clip])
@@ -202,24 +204,23 @@ class AdaptMimicVectorEnv(VectorEnv):
         self._action[worlds] = 0.0
         self._metrics.reset(worlds)
         self.physics.reset(worlds, self.library.start_pose[row], self.library.start_vel[row])
+        return start
 
-    def _end(self, ended: np.ndarray, terminated: np.ndarray, observation: np.ndarray, info: dict[str, Any]) -> None:
-        """Report the episodes that ended, and let the sampler learn from them."""
-        worlds = np.flatnonzero(ended)
+    def _end(self, worlds: np.ndarray, terminated: np.ndarray) -> dict[str, np.ndarray]:
+        """Let the sampler learn from the episodes that ended; return their tracking metrics, each (N,), zero for other worlds."""
         of = self._metrics.of(worlds, self._last[worlds] - self._first[worlds])
-        spread = {name: np.zeros(self.num_envs) for name in of}
-        for name, values in of.items():
-            spread[name][worlds] = values
-        info |= {"final_obs": observation, "_final_obs": ended, "tracking": spread, "_tracking": ended}
+        spread = np.zeros((len(of), self.num_envs))
+        spread[:, worlds] = list(of.values())
         begin = self._clip_start[self._clip[worlds]]
         first, last = self._first[worlds] - begin, self._row[worlds] - begin
         self.starts.record(self._clip[worlds], first, last, terminated[worlds])
+        return dict(zip(of, spread, strict=True))
 
     def _restart(self, worlds: np.ndarray, observation: np.ndarray) -> np.ndarray:
         """Begin new episodes in ``worlds``; return the observations with theirs replaced."""
-        self._begin(worlds, *self.starts.draw(len(worlds), self.np_random), EPISODE_FRAMES)
+        start = self._begin(worlds, *self.starts.draw(len(worlds), self.np_random), EPISODE_FRAMES)
         observation = observation.copy()
-        observation[worlds] = self._observe(worlds, self.physics.bodies(worlds), self.library.at(self._row[worlds]))
+        observation[worlds] = self._observe(worlds, self.physics.bodies(worlds), start)
         return observation
 
     def branch(self, parents: np.ndarray) -> None:

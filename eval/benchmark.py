@@ -14,16 +14,22 @@ from configs.errors import InputError
 from datasets.sources import SYNTHETIC
 from eval.benchmark_clean import benchmark_clean
 from eval.benchmark_env import benchmark_env
+from eval.benchmark_learner import benchmark_learner
 from eval.benchmark_live import benchmark_live
 from eval.benchmark_root import benchmark_root
+from eval.benchmark_scale import benchmark_scale
+from eval.benchmark_train import benchmark_train
 from eval.files import write_whole
 from eval.speed import Speed
 
 BENCHMARKS: dict[str, Callable[[str, int, Callable[[], None]], Speed]] = {
     "clean": benchmark_clean,
     "env": benchmark_env,
+    "learner": benchmark_learner,
     "live": benchmark_live,
     "root": benchmark_root,
+    "scale": benchmark_scale,
+    "train": benchmark_train,
 }
 
 
@@ -43,7 +49,7 @@ def main(arguments: list[str] | None = None) -> int:
 def _run(options: argparse.Namespace) -> None:
     _check(options)
     speed = _measure(options)
-    Console().print(speed.table())
+    Console().print(speed.table(), *speed.notes)
     if options.json:
         write_whole(options.json, json.dumps(speed.summary(), indent=2) + "\n")
 

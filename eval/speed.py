@@ -40,6 +40,8 @@ class Speed:
         ours: Name of the contender that the others are compared with.
         peers: Names of the contenders that do the same job by other means.
         waits: Of contenders of which somebody waits for each call, seconds of the calls of all rounds, by name, shape (calls,).
+        details: What else was found, by name: JSON values beside the rates.
+        notes: The same for people: tables and lines that are printed below the rates.
     """
 
     benchmark: str
@@ -49,6 +51,8 @@ class Speed:
     ours: str
     peers: Sequence[str] = field(default_factory=tuple)
     waits: dict[str, np.ndarray] = field(default_factory=dict)
+    details: dict[str, Any] = field(default_factory=dict)
+    notes: Sequence[Table | str] = field(default_factory=tuple)
 
     def rate(self, name: str) -> float:
         """Return the median rate of a contender."""
@@ -86,6 +90,7 @@ class Speed:
             "ratios": {"limit": self.ratio(ours.name, ours.limit), **{name: self.ratio(ours.name, name) for name in self.peers}},
             "rounds": len(self.rates[self.ours]),
             "rows": rows,
+            **self.details,
         }
 
     def table(self) -> Table:

@@ -1,6 +1,7 @@
 """Which policy of a run is kept: the one that does best on a performer that never trains."""
 
 from dataclasses import asdict
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from trainers.ppo_config import PpoConfig
 from trainers.progress import Clock
 from trainers.run_log import commit_of_code
 
+CHOSEN_BY = "episode_length_ratio"  # the higher the better
 EVERY_OFFSET = 5  # of the protocol's 20 starts each fifth is played: the score is read often
 
 
@@ -33,6 +35,11 @@ class ModelSelection:
             self._rollouts, _ = protocol(self._library, EVERY_OFFSET)
         self._curve: list[dict[str, float]] = Policy.load(self._file)[1].get("curve", []) if self._file.exists() else []
 
+    @property
+    def best(self) -> float:
+        """Score of the policy that is kept; a run that was killed may have kept it after its last checkpoint."""
+        return self._curve[-1][CHOSEN_BY] if self._curve else -inf
+
     def score(self, act: Act) -> dict[str, float]:
         """Return the mean tracking metrics of a deterministic policy."""
         found = play(act, self._library, self._config.task, self._rollouts, self._config.collect.threads)
@@ -43,12 +50,17 @@ class ModelSelection:
         return self.score(zero_residual(self._config.task))
 
     def keep(self, policy: Policy, score: dict[str, float], clock: Clock) -> None:
-        """Write a policy, with its card and the scores of all that were kept before, as the run's best."""
-        self._curve.append({"samples": clock.samples, "hours": clock.seconds / 3600.0, **score})
-        self._file.parent.mkdir(exist_ok=True)
-        policy.save(self._file, self._card(score, clock))
+        """Write a policy, with its card and the scores of all that were kept before, as the run's best.
 
-    def _card(self, score: dict[str, float], clock: Clock) -> dict[str, Any]:
+        Raises:
+            OSError: If that could not be; the one before stays.
+        """
+        curve = [*self._curve, {"samples": clock.samples, "hours": clock.seconds / 3600.0, **score}]
+        self._file.parent.mkdir(exist_ok=True)
+        policy.save(self._file, self._card(score, clock, curve))
+        self._curve = curve
+
+    def _card(self, score: dict[str, float], clock: Clock, curve: list[dict[str, float]]) -> dict[str, Any]:
         training = self._motions.training.clips
         return {
             "task": asdict(self._config.task),
@@ -59,6 +71,6 @@ class ModelSelection:
             "holdout_metrics": score,
             "samples": clock.samples,
             "hours": clock.seconds / 3600.0,
-            "curve": self._curve,
+            "curve": curve,
             "code": commit_of_code(),
         }

@@ -1,7 +1,6 @@
 """Prepared motion on disk: arrays of many clips with what is known of each, written whole or not at all."""
 
 import json
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -10,6 +9,7 @@ import numpy as np
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save_file
 
+from configs.whole_file import whole_file
 from datasets.motion_library import ClipInfo
 
 Prepared = tuple[tuple[ClipInfo, ...], dict[str, np.ndarray], float]  # clips, their arrays, frames per second
@@ -18,10 +18,9 @@ Prepared = tuple[tuple[ClipInfo, ...], dict[str, np.ndarray], float]  # clips, t
 def write_prepared(path: Path, clips: Sequence[ClipInfo], arrays: Mapping[str, np.ndarray], fps: float) -> None:
     """Write prepared motion; other processes see all of it or nothing."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_suffix(f".{os.getpid()}.tmp")
     contiguous = {name: np.ascontiguousarray(array) for name, array in arrays.items()}  # safetensors mixes up the axes of others
-    save_file(contiguous, temporary, metadata={"clips": json.dumps([asdict(clip) for clip in clips]), "fps": json.dumps(fps)})
-    temporary.replace(path)
+    with whole_file(path) as temporary:
+        save_file(contiguous, temporary, metadata={"clips": json.dumps([asdict(clip) for clip in clips]), "fps": json.dumps(fps)})
 
 
 def read_prepared(path: Path) -> Prepared | None:

@@ -77,7 +77,7 @@ class CollectConfig:
         threads: Native threads of each actor that step its worlds.
         horizon: Steps of each world in a rollout.
         assist: Largest force of an invisible hand that leads the root at the start [body weights]; it is gone halfway through.
-        address: Ray cluster to join, such as "auto"; a local one is started if empty.
+        overlap: Whether actors collect the next rollout while the learner learns from the last, with the weights of one update before.
     """
 
     actors: int = 1
@@ -85,7 +85,7 @@ class CollectConfig:
     threads: int = 2
     horizon: int = 16
     assist: float = 0.0
-    address: str = ""
+    overlap: bool = False
 
     def __post_init__(self) -> None:
         """Check the values."""
@@ -93,6 +93,19 @@ class CollectConfig:
         for name in ("envs", "threads", "horizon"):
             require(getattr(self, name) >= 1, f"collect.{name}", getattr(self, name), "1 or more")
         require(self.assist >= 0.0, "collect.assist", self.assist, "0 or more [body weights]")
+        require(not self.overlap or self.actors >= 1, "collect.overlap", "true without actors", "false, or collect.actors 1 or more")
+
+
+@dataclass(frozen=True)
+class RayConfig:
+    """Where Ray's actors run.
+
+    Attributes:
+        address: Of a cluster that is running, such as "auto" for the one that this machine is part of: its nodes are sent the package, and
+            the learner goes where there are cores for it. If empty, the actors run on this machine, and the learner in this process.
+    """
+
+    address: str = ""
 
 
 @dataclass(frozen=True)
@@ -141,6 +154,14 @@ class LearnerConfig:
         for name in ("epochs", "minibatch", "threads"):
             require(getattr(self, name) >= 1, f"learner.{name}", getattr(self, name), "1 or more")
 
+    def sigma_at(self, progress: float) -> float:
+        """Return the actions' standard deviation at a share ``progress`` of the training."""
+        return self.sigma + progress * (self.final_sigma - self.sigma)
+
+    def learning_rate_at(self, progress: float) -> float:
+        """Return Adam's rate at a share ``progress`` of the training."""
+        return self.learning_rate + progress * (self.final_learning_rate - self.learning_rate)
+
 
 @dataclass(frozen=True)
 class PpoConfig:
@@ -154,6 +175,7 @@ class PpoConfig:
         network: Policy and value.
         collect: Rollouts.
         learner: Updates.
+        ray: Where actors run.
         samples: Control steps after which training ends.
         minutes: Wall-clock limit after which it ends; 0 is none.
         evaluate_every: Iterations between evaluations on the held-out performer.
@@ -168,6 +190,7 @@ class PpoConfig:
     network: NetworkConfig = field(default_factory=NetworkConfig)
     collect: CollectConfig = field(default_factory=CollectConfig)
     learner: LearnerConfig = field(default_factory=LearnerConfig)
+    ray: RayConfig = field(default_factory=RayConfig)
     samples: int = 2_293_760_000  # 35,000 epochs of 65,536
     minutes: float = 0.0
     evaluate_every: int = 400
@@ -179,4 +202,10 @@ class PpoConfig:
         for name in ("samples", "evaluate_every", "checkpoint_every"):
             require(getattr(self, name) >= 1, name, getattr(self, name), "1 or more")
         require(self.minutes >= 0.0, "minutes", self.minutes, "0 (no limit) or more")
+        require(
+            not self.ray.address or self.collect.actors >= 1,
+            "ray.address",
+            f"'{self.ray.address}' without actors",
+            "given with collect.actors 1 or more",
+        )
         require(bool(self.name) and "/" not in self.name, "name", repr(self.name), "a folder's name")

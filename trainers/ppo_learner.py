@@ -21,12 +21,11 @@ class PpoLearner:
 
     def __init__(self, config: PpoConfig, library: MotionLibrary) -> None:
         """Build policy and optimiser from the run's seed, and with ``learner.style`` a discriminator of motion like the library's."""
-        torch.set_num_threads(config.learner.threads)
         torch.manual_seed(config.seed)
         self.config = config.learner
         spec = config.task
         self.policy = Policy(spec.observation_size, spec.action_size, config.network.hidden, config.network.activation)
-        self.optimiser = torch.optim.Adam(self.policy.parameters(), lr=self.config.learning_rate, eps=1e-5, foreach=True)
+        self.optimiser = torch.optim.Adam(self.policy.parameters(), lr=self.config.learning_rate, eps=1e-5, fused=True)
         self.random = torch.Generator().manual_seed(config.seed)
         self.style = StyleLearner(self.config.style, config.seed, library) if self.config.style else None
 
@@ -38,9 +37,9 @@ class PpoLearner:
         """Return Adam's rate at a share ``progress`` of the training."""
         return self.config.learning_rate + progress * (self.config.final_learning_rate - self.config.learning_rate)
 
-    def weights(self) -> dict[str, torch.Tensor]:
-        """Return a copy of the policy's weights, normaliser included."""
-        return {name: tensor.detach().clone() for name, tensor in self.policy.state_dict().items()}
+    def weights(self) -> dict[str, np.ndarray]:
+        """Return a copy of the policy's weights, normaliser included; arrays, which Ray hands over without copies of its own."""
+        return {name: tensor.numpy().copy() for name, tensor in self.policy.state_dict().items()}
 
     def update(self, rollouts: list[Rollout], progress: float) -> dict[str, float]:
         """Improve the policy on rollouts that it collected.
@@ -53,8 +52,12 @@ class PpoLearner:
             Diagnostics by name.
         """
         rollouts, styled = self.style.judge(rollouts) if self.style else (rollouts, {})
+        torch.set_num_threads(self.config.threads)  # collectors in this process set theirs
         batch = self._batch(rollouts)
-        sigma, size = self.sigma(progress), len(batch["observations"])
+        observations = batch.pop("observations")
+        batch["observed"] = self.policy.normaliser(observations)  # with the statistics that it was collected with, before they change
+        self.policy.normaliser.update(observations)
+        sigma, size = self.sigma(progress), len(observations)
         for group in self.optimiser.param_groups:
             group["lr"] = self.learning_rate(progress)
         steps: list[dict[str, float]] = []
@@ -62,15 +65,14 @@ class PpoLearner:
         for _ in range(self.config.epochs):
             order = torch.randperm(size, generator=self.random)
             passed = [
-                self._step({name: array[picked] for name, array in batch.items()}, sigma) for picked in order.split(self.config.minibatch)
+                self._step({name: array.index_select(0, picked) for name, array in batch.items()}, sigma)
+                for picked in order.split(self.config.minibatch)
             ]
             steps += passed
             kl = float(np.mean([step["kl"] for step in passed]))
             if self.config.target_kl and kl > self.config.target_kl:
                 break
         means = {name: float(np.mean([step[name] for step in steps])) for name in steps[0]}
-        # After the update: the rollout's log-probabilities were made with the statistics that it was collected with.
-        self.policy.normaliser.update(batch["observations"])
         target = batch["targets"]
         unexplained = (target - batch["values"]).var() / target.var().clamp_min(1e-12)
         return {
@@ -84,9 +86,8 @@ class PpoLearner:
         }
 
     def _step(self, part: dict[str, torch.Tensor], sigma: float) -> dict[str, float]:
-        observed = self.policy.normaliser(part["observations"])
-        mean = self.policy.actor(observed)
-        value = self.policy.critic(observed).squeeze(-1)
+        mean = self.policy.actor(part["observed"])
+        value = self.policy.critic(part["observed"]).squeeze(-1)
         now = log_prob(mean, sigma, part["actions"])
         for_policy = policy_loss(now, part["log_probs"], part["advantages"], self.config.clip)
         for_value = value_loss(value, part["targets"])
@@ -108,38 +109,27 @@ class PpoLearner:
     def _batch(self, rollouts: list[Rollout]) -> dict[str, torch.Tensor]:
         """Return the samples of all rollouts as flat tensors, with advantages and value targets."""
         parts = [self._samples(rollout) for rollout in rollouts]
-        batch = {name: torch.concat([part[name] for part in parts]) for name in parts[0]}
+        # A copy: what Ray shares may not be written to.
+        batch = {name: torch.from_numpy(np.concat([part[name] for part in parts], dtype=np.float32)) for name in parts[0]}
         advantages = batch["advantages"]
         batch["advantages"] = (advantages - advantages.mean()) / (advantages.std() + 1e-8)
         return batch
 
-    def _samples(self, rollout: Rollout) -> dict[str, torch.Tensor]:
+    def _samples(self, rollout: Rollout) -> dict[str, np.ndarray]:
+        """Return the samples (T * N, ...) of a rollout."""
         gamma, lam = self.config.gamma, self.config.gae_lambda
-        steps, worlds = rollout.rewards.shape
-        observations = torch.tensor(rollout.observations)  # a copy: what Ray shares may not be written to
-        values = self._values(observations.flatten(0, 1)).reshape(steps, worlds)
-        next_values = np.concat([values[1:], self._values(torch.tensor(rollout.last_observations))[None]])
+        next_values = np.concat([rollout.values[1:], rollout.last_values[None]])
         next_values[rollout.terminated] = 0.0
-        next_values[rollout.truncated] = self._values(torch.tensor(rollout.truncated_observations))
+        next_values[rollout.truncated] = rollout.truncated_values
         # Values are learnt as the discounted mean reward of a step, so that their size does not depend on gamma.
         rewards = (1.0 - gamma) * rollout.rewards if gamma < 1.0 else rollout.rewards
-        advantages = gae(rewards, values, next_values, rollout.terminated | rollout.truncated, gamma, lam)
+        advantages = gae(rewards, rollout.values, next_values, rollout.terminated | rollout.truncated, gamma, lam)
         arrays = {
-            "actions": rollout.actions,
-            "log_probs": rollout.log_probs,
+            **{name: getattr(rollout, name) for name in ("observations", "actions", "means", "log_probs", "values")},
             "advantages": advantages,
-            "values": values,
-            "targets": advantages + values,
+            "targets": advantages + rollout.values,
         }
-        samples = {name: torch.tensor(array, dtype=torch.float32).flatten(0, 1) for name, array in arrays.items()}
-        samples["observations"] = observations.flatten(0, 1)
-        samples["means"] = torch.concat([self.policy.mean_action(part) for part in samples["observations"].split(8192)])
-        return samples
-
-    def _values(self, observations: torch.Tensor) -> np.ndarray:
-        if not len(observations):
-            return np.zeros(0, dtype=np.float32)
-        return torch.concat([self.policy.value(part) for part in observations.split(8192)]).numpy()
+        return {name: array.reshape(rollout.samples, *array.shape[2:]) for name, array in arrays.items()}
 
     def get_state(self) -> dict[str, Any]:
         """Return everything that the next update depends on beside the rollouts."""

@@ -9,7 +9,7 @@ from rich.console import Console
 from envs.episode_metrics import TRACKING_METRICS
 from trainers.ppo_config import PpoConfig
 from trainers.progress import Clock
-from trainers.rollout import Rollout
+from trainers.rollout import RolloutReport
 from trainers.run_log import RunLog
 
 RECENT = 20  # iterations whose ended episodes the training metrics average
@@ -18,30 +18,31 @@ RECENT = 20  # iterations whose ended episodes the training metrics average
 class PpoLog(RunLog):
     """Writes the numbers of each iteration, and a line of progress every few seconds."""
 
-    def __init__(self, folder: Path, console: Console, config: PpoConfig, clock: Clock) -> None:
-        """Open the log of the run in ``folder``; what an interrupted run wrote beyond ``clock`` is void."""
-        super().__init__(folder, console, clock.samples)
+    def __init__(self, folder: Path, console: Console, config: PpoConfig) -> None:
+        """Begin to tell of the run in ``folder``."""
+        super().__init__(folder, console)
         self._config = config
         self._recent: deque[dict[str, np.ndarray]] = deque(maxlen=RECENT)
 
-    def iteration(self, clock: Clock, rollouts: list[Rollout], diagnostics: dict[str, float], speeds: dict[str, float]) -> None:
+    def iteration(self, clock: Clock, reports: list[RolloutReport], diagnostics: dict[str, float], speeds: dict[str, float]) -> None:
         """Write the numbers of one iteration.
 
         Args:
             clock: After it.
-            rollouts: That it collected.
+            reports: Of the rollouts that it learnt from.
             diagnostics: Of the learner, by name.
             speeds: Control steps per second, by what was timed.
         """
-        self._recent.append({name: np.concat([rollout.episodes[name] for rollout in rollouts]) for name in TRACKING_METRICS})
+        self._recent.append({name: np.concat([report.episodes[name] for report in reports]) for name in TRACKING_METRICS})
         ended = {name: np.concat([one[name] for one in self._recent]) for name in TRACKING_METRICS}
         metrics = {name: float(values.mean()) for name, values in ended.items() if len(values)}
         values = {f"training/{name}": value for name, value in metrics.items()}
-        values |= {name: float(np.mean([r.reward_terms[name] for r in rollouts])) for name in rollouts[0].reward_terms}
-        values["reward/total"] = float(np.mean([rollout.rewards.mean() for rollout in rollouts]))
+        values |= {name: float(np.mean([report.reward_terms[name] for report in reports])) for name in reports[0].reward_terms}
+        values["reward/total"] = float(np.mean([report.reward for report in reports]))
         values |= {f"learner/{name}": value for name, value in diagnostics.items()}
         values |= {f"speed/{name}_steps_per_s": value for name, value in speeds.items()}
-        values["physics/failures"] = float(sum(rollout.physics_failures for rollout in rollouts))
+        values["physics/failures"] = float(sum(report.physics_failures for report in reports))
+        values["collect/rollouts"] = float(len(reports))
         self.write(clock.samples, values)
         done, left = clock.progress(self._config), clock.time_left(self._config)
         progress = f"{done:5.1%}  {clock.samples / 1e6:7.2f} M steps  {speeds['total']:6.0f} steps/s  {left}"

@@ -1,6 +1,8 @@
 """How far a run has come, and whether it was asked to stop."""
 
+import os
 import signal
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf
@@ -50,17 +52,45 @@ class Clock:
 
 
 class Stop:
-    """Becomes ``asked`` when the user or the system asks the run to end: the iteration is finished and saved first."""
+    """Becomes ``asked`` when the user, the system or a scheduler asks the run to end: the iteration is finished and saved first.
+
+    Who asks: Ctrl-C, SIGTERM, SIGUSR1 (schedulers are often told to send it some minutes ahead), and the moment in
+    ``SLURM_JOB_END_TIME``, if Slurm says in this variable when it will end the job.
+    """
+
+    RESERVE = 60.0  # s that are left to saving when a scheduler's job ends, beside two of the longest iterations
 
     def __init__(self, say: Callable[[str], None]) -> None:
-        """Listen to Ctrl-C and SIGTERM; ``say`` is told when one comes."""
-        self.asked = False
+        """Listen; ``say`` is told when somebody asks."""
+        self._signalled, self._warned, self._longest = False, False, 0.0
         self._say = say
-        for name in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(name, self._ask)
+        self._end = _job_end()
+        if self._end < inf:
+            say(f"the scheduler ends this job at {time.ctime(self._end)}: the run is saved before")
+        for name in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1):
+            signal.signal(name, self._signal)
 
-    def _ask(self, number: int, frame: FrameType | None) -> None:
-        if self.asked:  # asked twice: at once
+    @property
+    def asked(self) -> bool:
+        """Whether the run should end now."""
+        near = time.time() + self.RESERVE + 2.0 * self._longest > self._end
+        if near and not self._warned:
+            self._warned = True
+            self._say("stopping: the scheduler's job is about to end")
+        return self._signalled or near
+
+    def took(self, seconds: float) -> None:
+        """Learn how long an iteration took, evaluation included."""
+        self._longest = max(self._longest, seconds)
+
+    def _signal(self, number: int, frame: FrameType | None) -> None:
+        if self._signalled:  # asked twice: at once
             raise KeyboardInterrupt
-        self.asked = True
+        self._signalled = True
         self._say("stopping after this iteration; once more stops at once, without saving")
+
+
+def _job_end() -> float:
+    """Return when Slurm ends the job that this process is part of [s since 1970]; infinite where nobody said."""
+    said = os.environ.get("SLURM_JOB_END_TIME", "")
+    return float(said) if said.isdecimal() else inf

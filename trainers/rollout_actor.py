@@ -1,5 +1,6 @@
 """One collector: envs and a copy of the policy, in the learner's process or as a Ray actor in its own."""
 
+import time
 from typing import Any
 
 import numpy as np
@@ -13,39 +14,47 @@ from envs.episode_metrics import TRACKING_METRICS
 from envs.mimic_spec import MimicSpec
 from envs.vector_env import AdaptMimicVectorEnv
 from trainers.ppo_config import PpoConfig
-from trainers.rollout import Rollout
+from trainers.rollout import Rollout, RolloutReport, blank_steps
 
 
 class RolloutActor:
     """Steps its worlds with the newest policy."""
 
     def __init__(
-        self, config: PpoConfig, index: int, clips: tuple[ClipInfo, ...], arrays: dict[str, np.ndarray], fps: float, weights: np.ndarray
+        self,
+        config: PpoConfig,
+        place: int,
+        life: int,
+        clips: tuple[ClipInfo, ...],
+        arrays: dict[str, np.ndarray],
+        fps: float,
+        weights: np.ndarray,
     ) -> None:
         """Build envs and policy.
 
         Args:
             config: Of the run.
-            index: Of this actor among all, part of its seed.
+            place: Of this collector among all, part of its seed.
+            life: How many held the place before, part of its seed: whoever takes a place over does not repeat what was collected there.
             clips: Of the motion library.
             arrays: Of the motion library; plain arrays, so that Ray shares their memory among actors.
             fps: Of the motion library.
             weights: How often each clip is drawn.
         """
         self._horizon, self._styled = config.collect.horizon, config.learner.style > 0.0
+        self._threads = config.collect.threads
         spec: MimicSpec = config.task
         library = MotionLibrary.from_arrays(clips, arrays, fps)
         self.env = AdaptMimicVectorEnv(
             library, config.collect.envs, spec, config.collect.threads, clip_weights=weights, adaptive_starts=True
         )
         self.policy = Policy(spec.observation_size, spec.action_size, config.network.hidden, config.network.activation)
-        seeds = np.random.SeedSequence((config.seed, index)).generate_state(2)
+        seeds = np.random.SeedSequence((config.seed, place, life)).generate_state(2)
         self._random = torch.Generator().manual_seed(int(seeds[0]))
         self._observation, _ = self.env.reset(seed=int(seeds[1]))
-        torch.set_num_threads(config.collect.threads)
 
     @torch.inference_mode()
-    def collect(self, weights: dict[str, torch.Tensor], sigma: float, assist: float) -> Rollout:
+    def collect(self, weights: dict[str, np.ndarray], sigma: float, assist: float) -> Rollout:
         """Return one rollout of the policy.
 
         Args:
@@ -53,21 +62,23 @@ class RolloutActor:
             sigma: Standard deviation of its actions.
             assist: Largest force of the invisible hand [body weights].
         """
+        torch.set_num_threads(self._threads)  # the learner, in this process or not, sets its own
         self.env.assist = assist
-        self.policy.load_state_dict(weights)
-        steps: dict[str, list[np.ndarray]] = {key: [] for key in Rollout._fields[:6]}
-        cut_short: list[np.ndarray] = []
+        self.policy.load_state_dict({name: torch.tensor(array) for name, array in weights.items()})
+        steps = blank_steps(self._horizon, self.env.num_envs, self.env.task.observation_size, self.env.task.action_size)
+        cut_short = [self._observation[:0]]
         episodes: dict[str, list[np.ndarray]] = {name: [] for name in TRACKING_METRICS}
         terms: dict[str, float] = {}
         failures = self.env.physics_failures
         instants = self._instant()
-        for _ in range(self._horizon):
-            mean = self.policy.mean_action(torch.from_numpy(self._observation))
+        for t in range(self._horizon):
+            mean, value = self.policy(torch.from_numpy(self._observation))
             action = mean + sigma * torch.randn(mean.shape, generator=self._random)
             after, rewards, terminated, truncated, info = self.env.step(action.numpy())
-            values = (self._observation, action.numpy(), log_prob(mean, sigma, action).numpy(), rewards, terminated, truncated)
-            for key, value in zip(steps, values, strict=True):
-                steps[key].append(value)
+            density = log_prob(mean, sigma, action)
+            row = (self._observation, action, mean, density, value, rewards, terminated, truncated)
+            for array, one in zip(steps.values(), row, strict=True):
+                array[t] = one
             if "final_obs" in info:
                 cut_short.append(info["final_obs"][truncated])
                 for name, found in episodes.items():
@@ -77,16 +88,25 @@ class RolloutActor:
                     terms[key] = terms.get(key, 0.0) + float(value.mean()) / self._horizon
             self._observation = after
             instants += self._instant()
-        empty = np.zeros((0, self._observation.shape[1]), dtype=np.float32)
         return Rollout(
-            **{key: np.stack(value) for key, value in steps.items()},
-            truncated_observations=np.concat([empty, *cut_short]),
-            last_observations=self._observation,
+            **steps,
+            truncated_values=self.policy.value(torch.from_numpy(np.concat(cut_short))).numpy(),
+            last_values=self.policy.value(torch.from_numpy(self._observation)).numpy(),
             instants=np.array(instants),
             episodes={name: np.concat([np.zeros(0), *found]) for name, found in episodes.items()},
             reward_terms=terms,
             physics_failures=self.env.physics_failures - failures,
         )
+
+    def is_ready(self) -> bool:
+        """Return that this is built; what an actor of Ray's is asked first."""
+        return True
+
+    def collect_and_report(self, weights: dict[str, np.ndarray], sigma: float, assist: float) -> tuple[Rollout, RolloutReport]:
+        """Return one rollout and what there is to tell of it; as two objects of Ray's, of which the second is small."""
+        begin = time.monotonic()
+        rollout = self.collect(weights, sigma, assist)
+        return rollout, rollout.report(time.monotonic() - begin)
 
     def _instant(self) -> list[np.ndarray]:
         """Return what a style discriminator sees of the bodies now; nothing where there is none."""

@@ -3,12 +3,15 @@
 import logging
 import subprocess
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from rich.console import Console
 from torch.utils.tensorboard import SummaryWriter
 
 EVERY_SECONDS = 5.0  # between lines of progress
+RETRY_SECONDS = 60.0  # until numbers are written again after the disk refused them
 
 
 def make_console() -> Console:
@@ -31,21 +34,31 @@ def commit_of_code() -> str:
 class RunLog:
     """Writes numbers for TensorBoard, and lines for people."""
 
-    def __init__(self, folder: Path, console: Console, samples: int) -> None:
-        """Open the log of the run in ``folder`` that has come to ``samples``; what an interrupted run wrote beyond them is void."""
+    def __init__(self, folder: Path, console: Console) -> None:
+        """Begin to tell of the run in ``folder``."""
         logging.getLogger("tensorboard").setLevel(logging.ERROR)
-        self._writer = SummaryWriter(str(folder), purge_step=samples + 1 if samples else None)
-        self._console = console
+        self._folder, self._console = folder, console
+        self._writer: SummaryWriter | None = None
+        self._again = 0.0  # when to try again to write, after that failed
         self._last_line = 0.0
 
+    def begin(self, samples: int) -> None:
+        """Begin to write numbers, of a run that has come to ``samples``; what was written beyond them is void."""
+        self._open(samples + 1 if samples else None)
+
     def write(self, samples: int, values: dict[str, float]) -> None:
-        """Write numbers by name."""
-        for name, value in values.items():
-            self._writer.add_scalar(name, value, samples)
+        """Write numbers by name. Where that fails, on a full disk say, training goes on without them, and it is tried again later."""
+        if self._writer is None and time.monotonic() >= self._again:
+            self._open(None)
+        with self._spared():
+            for name, value in values.items():
+                if self._writer:
+                    self._writer.add_scalar(name, value, samples)
 
     def say(self, text: str) -> None:
         """Print a line."""
-        self._console.print(text)
+        with suppress(OSError):  # a log file on a full disk, a terminal that was closed
+            self._console.print(text)
 
     def say_sometimes(self, text: str) -> None:
         """Print a line of progress, unless one was printed a moment ago."""
@@ -56,4 +69,19 @@ class RunLog:
 
     def close(self) -> None:
         """Flush everything."""
-        self._writer.close()
+        with self._spared():
+            if self._writer:
+                self._writer.close()
+
+    def _open(self, purge_step: int | None) -> None:
+        with self._spared():
+            self._writer = SummaryWriter(str(self._folder), purge_step=purge_step)
+
+    @contextmanager
+    def _spared(self) -> Iterator[None]:
+        """Give the writer up, and say so, if it cannot write; a writer that failed once fails for good."""
+        try:
+            yield
+        except OSError as error:
+            self._writer, self._again = None, time.monotonic() + RETRY_SECONDS
+            self.say(f"numbers for TensorBoard cannot be written to {self._folder} ({error.strerror}); the run goes on without")

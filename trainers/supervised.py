@@ -4,12 +4,13 @@ import sys
 import time
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
 import torch
 
 from configs.errors import InputError
 from configs.load import save_config
-from trainers.checkpoint import load_newest, save_checkpoint
+from trainers.checkpoint import Checkpoints, load_newest
 from trainers.command_line import run_training
 from trainers.progress import Clock, Stop
 from trainers.run_folder import make_folder, move_aside
@@ -21,22 +22,27 @@ LOGGED_EVERY = 100  # batches
 
 def train(config: Config, resume: bool) -> Path:
     """Run a training to its end, or until it is asked to stop; return the run's folder."""
-    console = make_console()
     job, folder = JOBS[config.learns], Path(config.runs_dir) / config.name
+    log = RunLog(folder, make_console())
     if resume and load_newest(folder / "checkpoints") is None:
         raise InputError(f"there is no checkpoint to resume in {folder}/checkpoints; start without --resume")
     make_folder(Path(config.runs_dir))  # before minutes are spent
-    data = job.prepare(config.data, Path(config.runs_dir) / "cache", console.print)
+    data = job.prepare(config.data, Path(config.runs_dir) / "cache", log.say)
     learner = job.learner(config, data)
     if not resume:
-        move_aside(folder, console.print)
+        move_aside(folder, log.say)
     make_folder(folder)
-    clock = _resume(folder, learner, config, data) if resume else Clock()
+    checkpoints = Checkpoints(folder / "checkpoints", log.say)
+    clock = _resume(checkpoints, learner, config, data) if resume else Clock()
     save_config(config, folder / "config.yaml")
-    log = RunLog(folder, console, clock.samples)
+    log.begin(clock.samples)
     log.say(f"{config.name}, {sum(p.numel() for p in learner.model.parameters()):,} parameters; code {commit_of_code()}")
     stop = Stop(log.say)
     losses: list[torch.Tensor] = []
+
+    def tree() -> dict[str, Any]:
+        return {"learner": learner.get_state(), "clock": asdict(clock), "made_of": _made_of(config, data)}
+
     while clock.progress(config) < 1.0 and not stop.asked:
         begin = time.monotonic()
         losses.append(learner.update(clock.progress(config)))
@@ -46,10 +52,13 @@ def train(config: Config, resume: bool) -> Path:
             _log(log, clock, config, losses)
         if clock.progress(config) >= 1.0 or clock.iteration % config.evaluate_every == 0:
             clock = _evaluate(learner, data, config, clock, log, folder)
-        if stop.asked or clock.progress(config) >= 1.0 or clock.iteration % config.checkpoint_every == 0:
-            tree = {"learner": learner.get_state(), "clock": asdict(clock), "made_of": _made_of(config, data)}
-            save_checkpoint(folder / "checkpoints", clock.iteration, tree)
+        if clock.progress(config) >= 1.0 or clock.iteration % config.checkpoint_every == 0:
+            checkpoints.save(clock.iteration, tree())
+        stop.took(time.monotonic() - begin)
     finished = clock.progress(config) >= 1.0
+    if not finished:
+        checkpoints.save(clock.iteration, tree())
+    checkpoints.check()
     log.say(f"done: {folder}/best/model.safetensors" if finished else f"stopped and saved; go on with --resume: {folder}")
     log.close()
     return folder
@@ -76,11 +85,16 @@ def _evaluate(learner: Learner, data: Data, config: Config, clock: Clock, log: R
     log.write(clock.samples, {f"held_out/{name}": value for name, value in score.items()})
     text = "  ".join(f"{name} {value:.4f}" for name, value in score.items())
     log.say(f"held out{', best' if better else ''} at {clock.samples / 1e6:.2f} M {JOBS[config.learns].sample}:   {text}")
-    clock = replace(clock, best=max(-score["loss"], clock.best), seconds=clock.seconds + time.monotonic() - begin)
-    if better:
+    clock = replace(clock, seconds=clock.seconds + time.monotonic() - begin)
+    if not better:
+        return clock
+    try:
         (folder / "best").mkdir(exist_ok=True)
         learner.model.save(folder / "best" / "model.safetensors", _card(data, config, clock, score))
-    return clock
+    except OSError as error:
+        log.say(f"the best model could not be written ({error}); the one before stays")
+        return clock
+    return replace(clock, best=-score["loss"])
 
 
 def _card(data: Data, config: Config, clock: Clock, score: dict[str, float]) -> dict[str, object]:
@@ -109,9 +123,9 @@ def _made_of(config: Config, data: Data) -> dict[str, object]:
     return {**settings, "data.motions": data.identity}
 
 
-def _resume(folder: Path, learner: Learner, config: Config, data: Data) -> Clock:
+def _resume(checkpoints: Checkpoints, learner: Learner, config: Config, data: Data) -> Clock:
     """Put the learner into the state of the newest checkpoint; return its clock."""
-    newest = load_newest(folder / "checkpoints")
+    newest = checkpoints.newest()
     assert newest is not None  # train looked
     tree, path = newest
     then, now = tree["made_of"], _made_of(config, data)

@@ -1,10 +1,14 @@
 """What is saved comes back; what is broken is passed over."""
 
+import resource
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
+import pytest
 
-from trainers.checkpoint import KEPT, load_newest, save_checkpoint
+from configs.errors import RunError
+from trainers.checkpoint import KEPT, Checkpoints, load_newest, save_checkpoint
 
 
 def tree(value: float) -> dict:
@@ -28,13 +32,67 @@ def test_only_the_newest_are_kept(tmp_path: Path) -> None:
     assert [path.name for path in sorted(tmp_path.iterdir())] == [f"{i:08d}.safetensors" for i in range(6 - KEPT, 6)]
 
 
-def test_a_broken_newest_gives_the_one_before(tmp_path: Path) -> None:
+def cut_short(held: bytearray) -> bytes:
+    return bytes(held[:100])
+
+
+def changed(held: bytearray) -> bytes:
+    held[-20] ^= 1  # a bit of a number: the file's form is as good as before
+    return bytes(held)
+
+
+@pytest.mark.parametrize("spoil", [cut_short, changed, lambda held: b""])
+def test_a_broken_newest_gives_the_one_before_and_is_told_of(spoil: Callable[[bytearray], bytes], tmp_path: Path) -> None:
     save_checkpoint(tmp_path, 1, tree(1.0))
     newest = save_checkpoint(tmp_path, 2, tree(2.0))
-    newest.write_bytes(newest.read_bytes()[:100])
-    found = load_newest(tmp_path)
+    newest.write_bytes(spoil(bytearray(newest.read_bytes())))
+    said: list[str] = []
+    found = load_newest(tmp_path, said.append)
     assert found is not None
     assert found[0]["clock"]["best"] == 1.0
+    assert len(said) == 1
+    assert said[0].startswith(f"checkpoint {newest} is broken")
+
+
+@pytest.fixture
+def full_disk() -> Iterator[None]:
+    """A system that refuses to write more than 50 bytes to any file, as a full disk would."""
+    resource.setrlimit(resource.RLIMIT_FSIZE, (50, resource.RLIM_INFINITY))
+    yield
+    resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+
+
+def test_a_full_disk_costs_no_earlier_checkpoint_and_is_told_at_the_end(tmp_path: Path, request: pytest.FixtureRequest) -> None:
+    said: list[str] = []
+    checkpoints = Checkpoints(tmp_path, said.append)
+    checkpoints.save(1, tree(1.0))
+    request.getfixturevalue("full_disk")
+    checkpoints.save(2, tree(2.0))
+    assert len(said) == 1
+    assert "File too large" in said[0]
+    found = checkpoints.newest()
+    assert found is not None
+    assert found[0]["clock"]["best"] == 1.0
+    assert [path.name for path in tmp_path.iterdir()] == ["00000001.safetensors"]  # nothing half-written
+    with pytest.raises(RunError, match="the last checkpoint could not be written"):
+        checkpoints.check()
+
+
+def test_once_there_is_room_again_all_is_well(tmp_path: Path) -> None:
+    checkpoints = Checkpoints(tmp_path, lambda _: None)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (50, resource.RLIM_INFINITY))
+    try:
+        checkpoints.save(1, tree(1.0))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+    checkpoints.save(2, tree(2.0))
+    checkpoints.check()
+
+
+def test_what_a_killed_run_left_half_written_goes_away(tmp_path: Path) -> None:
+    (tmp_path / ".00000001.safetensors.123.tmp").write_bytes(b"half")
+    save_checkpoint(tmp_path, 2, tree(2.0))
+    assert [path.name for path in tmp_path.iterdir()] == ["00000002.safetensors"]
 
 
 def test_an_empty_folder_has_none(tmp_path: Path) -> None:

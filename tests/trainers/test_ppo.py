@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,11 +14,14 @@ import pytest
 
 from agents.policy import Policy
 from configs.errors import InputError
+from datasets.motion_library import MotionLibrary
 from datasets.sources import Recorded
 from tests.trainers.conftest import standing
 from trainers import ppo
 from trainers.checkpoint import load_newest
 from trainers.ppo_config import CollectConfig, PpoConfig
+from trainers.ppo_learner import PpoLearner
+from trainers.rollout_actor import RolloutActor
 
 
 def final_state(folder: Path) -> dict:
@@ -51,13 +55,14 @@ def test_resumed_equals_uninterrupted(style: float, tiny: PpoConfig, monkeypatch
     whole = ppo.train(replace(tiny, name="whole"), resume=False)
 
     class StopAfterFour(ppo.Stop):
-        def __init__(self, say: object) -> None:
+        def __init__(self, say: Callable[[str], None]) -> None:
+            super().__init__(say)
             self.asks = 0
 
         @property
         def asked(self) -> bool:  # type: ignore[override]
             self.asks += 1
-            return self.asks > 7  # asked twice in an iteration: the fourth is the last
+            return self.asks > 4  # asked before each iteration: the fourth is the last
 
     with monkeypatch.context() as patch:
         patch.setattr(ppo, "Stop", StopAfterFour)
@@ -113,6 +118,24 @@ def test_two_actors_bring_twice_the_samples(tiny: PpoConfig) -> None:
     folder = ppo.train(replace(tiny, collect=CollectConfig(actors=2, envs=4, threads=1, horizon=8)), resume=False)
     clock = final_state(folder)["clock"]
     assert (clock["iteration"], clock["samples"]) == (3, 192)
+
+
+def test_a_clip_that_makes_physics_explode_ends_episodes_and_reaches_nobody(tiny: PpoConfig) -> None:
+    frames = 130
+    root = np.zeros((frames, 3))
+    root[:, 0], root[:, 2] = 10.0 * np.arange(frames), 0.94  # 10 m in a sixtieth of a second: 600 m/s, and 500 is an explosion
+    calm = standing("calm", "ann", frames)
+    library = MotionLibrary.of([replace(calm, name="wild", root_position=root), calm])
+    actor = RolloutActor(tiny, 0, 0, library.clips, library.arrays(), library.fps, np.array([0.5, 0.5]))
+    learner = PpoLearner(tiny, library)
+    failures = 0
+    for _ in range(3):
+        rollout = actor.collect(learner.weights(), 0.1, 0.0)
+        learner.update([rollout], 0.0)
+        failures += rollout.physics_failures
+        assert np.isfinite(rollout.observations).all()
+    assert failures > 0
+    assert all(np.isfinite(array).all() for array in learner.weights().values())
 
 
 def test_an_earlier_run_is_moved_not_overwritten(tiny: PpoConfig) -> None:

@@ -28,13 +28,14 @@ def quickening(name: str, system: str, acceleration: float) -> BodyMotion:
 def rollout(instants: np.ndarray, ended: np.ndarray) -> Rollout:
     """Return a rollout whose rewards are all 2 and whose other arrays hold nothing."""
     steps, none = np.full(ended.shape, 2.0, np.float32), np.zeros(0)
-    return Rollout(none, none, none, steps, ended, np.zeros_like(ended), none, none, instants, {}, {}, 0)
+    never = np.zeros_like(ended)
+    return Rollout(none, none, none, none, none, steps, ended, never, none, none, instants, {}, {}, 0)
 
 
 def collected(config: PpoConfig, weight: float) -> Rollout:
     library = MotionLibrary.of([standing("one", "ann")])
     config = replace(config, learner=replace(config.learner, style=weight))
-    actor = RolloutActor(config, 0, library.clips, library.arrays(), library.fps, np.ones(1))
+    actor = RolloutActor(config, 0, 0, library.clips, library.arrays(), library.fps, np.ones(1))
     return actor.collect(PpoLearner(config, library).weights(), 0.1, 0.0)
 
 
@@ -80,7 +81,7 @@ def test_rollouts_are_the_same_with_and_without_style(tiny: PpoConfig) -> None:
     off, on = collected(tiny, 0.0), collected(tiny, 0.5)
     assert off.instants.size == 0
     assert on.instants.shape == (9, 4, INSTANT_SIZE)
-    for name in ("observations", "actions", "rewards", "terminated", "truncated", "last_observations"):
+    for name in ("observations", "actions", "rewards", "terminated", "truncated", "last_values"):
         np.testing.assert_array_equal(getattr(off, name), getattr(on, name), err_msg=name)
     # Where no world began anew, pelvises move a little in 1/30 s and stand where the T-pose's does.
     assert on.instants[:2, :, 117] == pytest.approx(0.94, abs=0.05)

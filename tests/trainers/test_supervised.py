@@ -1,5 +1,6 @@
 """Training of root models on a small scale: it learns, stops, resumes and says what is wrong."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -67,13 +68,14 @@ def test_resumed_equals_uninterrupted(tiny: RootConfig, monkeypatch: pytest.Monk
     whole = supervised.train(replace(tiny, name="whole"), resume=False)
 
     class StopAfterThirty(supervised.Stop):
-        def __init__(self, say: object) -> None:
+        def __init__(self, say: Callable[[str], None]) -> None:
+            super().__init__(say)
             self.asks = 0
 
         @property
         def asked(self) -> bool:  # type: ignore[override]
             self.asks += 1
-            return self.asks > 59  # asked twice in an iteration: the thirtieth is the last
+            return self.asks > 30  # asked before each iteration: the thirtieth is the last
 
     with monkeypatch.context() as patch:
         patch.setattr(supervised, "Stop", StopAfterThirty)

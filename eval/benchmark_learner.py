@@ -1,0 +1,95 @@
+"""How quick one update of PPO is: against its own matrix products, and against the same update by other libraries."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from importlib.util import find_spec
+
+import numpy as np
+import torch
+
+from agents.perceptron import ONEDNN
+from configs.load import CONFIGS, load_config
+from datasets.motion_library import MotionLibrary
+from envs.gym_env import motion_library
+from eval.matrix_products import MatrixProducts, by_mkl
+from eval.peer_learners import RslLearner, Sb3Learner, peer_data
+from eval.speed import Contender, Speed, interleave
+from trainers.ppo_config import PpoConfig
+from trainers.ppo_learner import PpoLearner
+from trainers.rollout import Rollout
+from trainers.rollout_actor import RolloutActor
+
+OURS, LIMIT, MKL = "ours", "its matrix products", "its matrix products, torch.mm"
+# By name of the row: the module without which it is left out, the class, and what differs.
+PEERS = {
+    "Stable-Baselines3": ("stable_baselines3", Sb3Learner, "PPO.train; observations come normalised, advantages are by minibatch"),
+    "rsl_rl": ("rsl_rl", RslLearner, "PPO.update; observations come normalised, one order for all epochs, clips two norms"),
+}
+
+
+def benchmark_learner(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> Speed:
+    """Return the rates of one update of ``configs/mixed.yaml``'s network on one rollout, ours and others'.
+
+    Args:
+        motions: Motion source that the rollout follows.
+        rounds: How many rounds are kept; a round takes about four seconds.
+        after_round: Called after each round.
+    """
+    config = load_config(PpoConfig, CONFIGS / "mixed.yaml", ["learner.target_kl=0", "collect.actors=0"])  # the same work for all
+    return measure_learner(config, motion_library(motions), rounds, after_round)
+
+
+def measure_learner(config: PpoConfig, library: MotionLibrary, rounds: int, after_round: Callable[[], None] = lambda: None) -> Speed:
+    """Return the same of a config and a library."""
+    threads = torch.get_num_threads()
+    try:
+        learner = PpoLearner(config, library)
+        rollout, last_observations = collect(config, library, learner)
+        data = peer_data(learner, rollout, last_observations)
+        torch.set_num_threads(config.learner.threads)  # of all
+        begin = learner.get_state()
+        products = MatrixProducts(config)
+        contenders = [
+            Contender(OURS, "PpoLearner.update, normalisation included", _updating(learner, rollout), lambda: learner.set_state(begin), LIMIT),
+            Contender(LIMIT, f"alone, by {'oneDNN' if ONEDNN else 'torch.mm'}: the quickest way that was found", products.run),
+        ]
+        if ONEDNN:
+            contenders.append(Contender(MKL, "alone, as PyTorch multiplies by default", MatrixProducts(config, by_mkl).run))
+        missing = [name for name, (module, _, _) in PEERS.items() if find_spec(module) is None]
+        for name, (_, peer, what) in PEERS.items():
+            if name not in missing:
+                one = peer(config, learner, data)
+                contenders.append(Contender(name, what, one.run, one.prepare))
+        rates = interleave(contenders, rounds, after_round)
+    finally:
+        torch.set_num_threads(threads)
+    return Speed(
+        "learner",
+        "samples/s",
+        contenders,
+        rates,
+        OURS,
+        [name for name in PEERS if name not in missing],
+        details={"gflops": {one.name: float(np.median(rates[one.name])) / rollout.samples * products.flops / 1e9 for one in contenders}},
+        notes=[f"{name} is not installed and left out: pip install '.[benchmark]'" for name in missing],
+    )
+
+
+def collect(config: PpoConfig, library: MotionLibrary, learner: PpoLearner) -> tuple[Rollout, np.ndarray]:
+    """Return a rollout of the learner's policy, and the observations (N, O) after it, which rollouts do not hold."""
+    steps = config.collect.horizon
+    longer = replace(config, collect=replace(config.collect, horizon=steps + 1))
+    actor = RolloutActor(longer, 0, 0, library.clips, library.arrays(), library.fps, np.ones(len(library.clips)))
+    found = actor.collect(learner.weights(), config.learner.sigma, 0.0)
+    by_step = ("observations", "actions", "means", "log_probs", "values", "rewards", "terminated", "truncated")
+    cut = {name: getattr(found, name)[:steps] for name in by_step}
+    kept = found.truncated_values[: int(cut["truncated"].sum())]
+    return found._replace(**cut, truncated_values=kept, last_values=found.values[steps]), found.observations[steps]
+
+
+def _updating(learner: PpoLearner, rollout: Rollout) -> Callable[[], float]:
+    def run() -> float:
+        learner.update([rollout], 0.0)
+        return float(rollout.samples)
+
+    return run

@@ -1,0 +1,245 @@
+"""Simulates trainings on a Ray cluster, event by event: costs go in, who waited for whom and how long comes out.
+
+What ``trainers.ppo`` does on a cluster: the driver waits for rollouts, takes them over, has them sent to the learner's node, waits for the
+update and calls the actors anew. Overlapped it calls them before the update, so that they collect meanwhile with the weights
+before it. A rollout that is late is not waited for, but taken when it comes; the actors of a lost node begin theirs again elsewhere.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+ACTORS, LEARNER, NETWORK, DRIVER, STRAGGLERS, CHECKPOINTS = "actors", "learner", "network", "driver", "stragglers", "checkpoints"
+RESOURCES = (ACTORS, LEARNER, NETWORK, DRIVER, STRAGGLERS, CHECKPOINTS)  # what the driver spends its time on, or waits for
+
+
+@dataclass(frozen=True)
+class Costs:
+    """What the parts of a training take.
+
+    Attributes:
+        step_seconds: Of a control step of an actor, however few its worlds.
+        world_seconds: Of each of its worlds on top.
+        learner_rate: Samples that a second of updating takes in, all passes over them included [1/s].
+        spread: Standard deviation of the logarithm of how long a rollout takes, from one to the next.
+        submit_seconds: Of the driver, for calling an actor.
+        gather_seconds: Of the driver, for taking a rollout over.
+        crowd_seconds: On top, for each other rollout that is awaited at that time.
+        sample_bytes: Of a sample in a rollout.
+        weight_bytes: Of the policy.
+        store_rate: At which an actor puts its rollout into the object store, and the learner the weights [bytes/s].
+        learner_bytes: Of the learner's state in a checkpoint.
+        world_bytes: Of each world's.
+        write_rate: Of checkpoints [bytes/s].
+    """
+
+    step_seconds: float
+    world_seconds: float
+    learner_rate: float
+    spread: float = 0.0
+    submit_seconds: float = 0.0
+    gather_seconds: float = 0.0
+    crowd_seconds: float = 0.0
+    sample_bytes: float = 0.0
+    weight_bytes: float = 0.0
+    store_rate: float = np.inf
+    learner_bytes: float = 0.0
+    world_bytes: float = 0.0
+    write_rate: float = np.inf
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """What is assumed of a cluster.
+
+    Attributes:
+        cores_per_node: For actors; there is no network as long as one node holds them all.
+        bandwidth: Of a node's network card, each way [bytes/s].
+        node_mtbf: Mean time between failures of a node [s].
+        restart: Until a lost node's actors begin anew elsewhere [s].
+        straggler_share: Of the rollouts that take ``straggler_times`` as long as the others.
+        straggler_times: How many times as long.
+        patience: Nobody waits for a rollout that takes this many times the usual time.
+        patience_seconds: Or so long, whichever is longer [s].
+        checkpoint_every: Iterations between checkpoints.
+    """
+
+    cores_per_node: int = 64
+    bandwidth: float = 25e9 / 8.0
+    node_mtbf: float = 10_000 * 3600.0
+    restart: float = 15.0
+    straggler_share: float = 1e-3
+    straggler_times: float = 5.0
+    patience: float = 3.0
+    patience_seconds: float = 5.0
+    checkpoint_every: int = 25
+
+
+@dataclass(frozen=True)
+class Job:
+    """How a training uses a cluster.
+
+    Attributes:
+        actors: That collect.
+        threads: Cores of each.
+        worlds: Of each.
+        horizon: Control steps of each world in a rollout.
+        overlapped: Whether actors collect while the policy is updated.
+    """
+
+    actors: int
+    threads: int
+    worlds: int
+    horizon: int
+    overlapped: bool
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a simulated training did.
+
+    Attributes:
+        samples_per_second: Learnt from.
+        batch: Samples of an iteration, mean.
+        seconds: Of an iteration, mean.
+        shares: Of the time, by what the driver did or waited for; they sum to 1.
+        actors_idle: Share of the actors' time that went into no rollout that arrived.
+    """
+
+    samples_per_second: float
+    batch: float
+    seconds: float
+    shares: dict[str, float]
+    actors_idle: float
+
+    @property
+    def learner_idle(self) -> float:
+        """Share of the time without an update."""
+        return 1.0 - self.shares[LEARNER]
+
+    @property
+    def binding(self) -> str:
+        """What most of the time goes to."""
+        return max(self.shares, key=lambda name: self.shares[name])
+
+
+def simulate(costs: Costs, cluster: Cluster, job: Job, random: np.random.Generator, iterations: int = 50, warm_up: int = 5) -> Outcome:
+    """Return what a training does in ``iterations`` after the first ``warm_up``."""
+    training = _Training(costs, cluster, job, random)
+    training.call(np.arange(job.actors))
+    for iteration in range(warm_up + iterations):
+        if iteration == warm_up:
+            training.books = _Books(training.now)
+        arrived = training.gather()
+        if job.overlapped:
+            training.call(arrived)
+        training.update(len(arrived))
+        if (iteration + 1) % cluster.checkpoint_every == 0:
+            training.save()
+        if not job.overlapped:
+            training.call(arrived)
+    books, seconds = training.books, training.now - training.books.begin
+    return Outcome(
+        samples_per_second=books.samples / seconds,
+        batch=books.samples / iterations,
+        seconds=seconds / iterations,
+        shares={name: spent / seconds for name, spent in books.spent.items()},
+        actors_idle=1.0 - books.collecting / (job.actors * seconds),
+    )
+
+
+def one_after_another(ready: np.ndarray, seconds: float) -> np.ndarray:
+    """Return when each of some things is done where they are served one at a time, first come, first served.
+
+    Args:
+        ready: When each comes, ascending, shape (things,) [s].
+        seconds: That each takes.
+    """
+    before = seconds * np.arange(len(ready))
+    return np.maximum.accumulate(ready - before) + before + seconds
+
+
+@dataclass
+class _Books:
+    begin: float
+    samples: int = 0
+    collecting: float = 0.0  # s, of all actors
+    spent: dict[str, float] = field(default_factory=lambda: dict.fromkeys(RESOURCES, 0.0))
+
+
+class _Training:
+    """The state of a simulated training: the driver's clock, and when each actor's rollout is ready."""
+
+    def __init__(self, costs: Costs, cluster: Cluster, job: Job, random: np.random.Generator) -> None:
+        self.costs, self.cluster, self.job, self.random = costs, cluster, job, random
+        self.node = np.arange(job.actors) // max(cluster.cores_per_node // job.threads, 1)
+        nodes = int(self.node[-1]) + 1
+        self.fails = random.exponential(cluster.node_mtbf, nodes)  # when each node does next
+        self.second_of_byte = 1.0 / cluster.bandwidth if nodes > 1 else 0.0
+        self.samples = job.worlds * job.horizon  # of a rollout
+        self.collect_seconds = job.horizon * (costs.step_seconds + job.worlds * costs.world_seconds)
+        self.store_seconds = self.samples * costs.sample_bytes / costs.store_rate
+        self.usual = self.collect_seconds + self.store_seconds
+        self.asked, self.took, self.ready = np.zeros((3, job.actors))
+        self.now = 0.0
+        self.typical = (0.0, 0.0)  # when the last that was called would be ready without noise: had weights no way, and as they have one
+        self.books = _Books(0.0)
+
+    def call(self, actors: np.ndarray) -> None:
+        """Have actors collect with the newest weights there are."""
+        asked = self.now + self.costs.submit_seconds * np.arange(1, len(actors) + 1)
+        _, first, node = np.unique(self.node[actors], return_index=True, return_inverse=True)
+        sent = one_after_another(asked[first], self.costs.weight_bytes * self.second_of_byte)  # the weights, once to each node
+        begin = np.maximum(asked, sent[node])
+        self._spend(DRIVER, self.costs.submit_seconds * len(actors))
+        self.typical = (self.now + self.usual, float(begin.max()) + self.usual)
+        self.asked[actors], self.took[actors] = asked, self._durations(len(actors))
+        self.ready[actors] = begin + self.took[actors]
+        self._fail(actors)
+
+    def gather(self) -> np.ndarray:
+        """Wait while there is somebody worth waiting for, and take over what has come; return whose rollouts."""
+        patience = max(self.cluster.patience * self.usual, self.cluster.patience_seconds)
+        end = max(float(np.minimum(self.ready, self.asked + patience).max()), float(self.ready.min()), self.now)
+        arrived = np.flatnonzero(self.ready <= end)
+        worked, collected = (float(moment) for moment in np.clip(self.typical, self.now, end))
+        self._spend(ACTORS, worked - self.now)
+        self._spend(NETWORK, collected - worked)
+        self._spend(STRAGGLERS, end - collected)
+        others = (self.job.actors - 1) / 2.0  # that are still awaited, mean
+        self._spend(DRIVER, len(arrived) * (self.costs.gather_seconds + self.costs.crowd_seconds * others))
+        self.books.samples += self.samples * len(arrived)
+        self.books.collecting += float(self.took[arrived].sum())
+        return arrived
+
+    def update(self, rollouts: int) -> None:
+        """Have rollouts sent to the learner and wait for what it learns."""
+        samples = rollouts * self.samples
+        self._spend(NETWORK, samples * self.costs.sample_bytes * self.second_of_byte)
+        self._spend(LEARNER, samples / self.costs.learner_rate + self.costs.weight_bytes / self.costs.store_rate)
+
+    def save(self) -> None:
+        """Ask every actor for its state, which it tells between rollouts, and write all with the learner's."""
+        if self.job.overlapped:
+            self._spend(CHECKPOINTS, max(float(self.ready.max()) - self.now, 0.0))
+        states = self.costs.world_bytes * self.job.worlds * self.job.actors
+        self._spend(CHECKPOINTS, states * self.second_of_byte + (self.costs.learner_bytes + states) / self.costs.write_rate)
+        self._spend(CHECKPOINTS, (self.costs.submit_seconds + self.costs.gather_seconds) * self.job.actors)
+
+    def _spend(self, resource: str, seconds: float) -> None:
+        self.books.spent[resource] += seconds
+        self.now += seconds
+
+    def _durations(self, count: int) -> np.ndarray:
+        noise = np.exp(self.random.normal(-0.5 * self.costs.spread**2, self.costs.spread, count))  # of mean 1
+        late = self.random.random(count) < self.cluster.straggler_share
+        return self.collect_seconds * noise * np.where(late, self.cluster.straggler_times, 1.0) + self.store_seconds
+
+    def _fail(self, actors: np.ndarray) -> None:
+        """Begin the rollouts anew of actors whose node fails before they are ready."""
+        node = self.node[actors]
+        hit = self.fails[node] < self.ready[actors]
+        anew = self.fails[node] + self.cluster.restart + self.took[actors]
+        self.ready[actors] = np.where(hit, np.maximum(self.ready[actors], anew), self.ready[actors])
+        again = np.unique(node[hit])
+        self.fails[again] += self.cluster.restart + self.random.exponential(self.cluster.node_mtbf, len(again))

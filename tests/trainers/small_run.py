@@ -1,0 +1,47 @@
+"""A training of seconds as a program of its own, to be killed: ``python -m tests.trainers.small_run DIR [key=value ...] [--resume]``.
+
+Its collectors are given up as hung after seconds instead of minutes.
+"""
+
+import sys
+from pathlib import Path
+
+from configs.command import exit_code_of
+from configs.load import load_config, save_config
+from datasets.sources import Recorded
+from tests.trainers.conftest import standing
+from trainers import motions, ppo, ray_pool
+from trainers.ppo_config import CollectConfig, DataConfig, LearnerConfig, NetworkConfig, PpoConfig
+
+LATE_SECONDS, HUNG_SECONDS = 1.0, 4.0
+
+
+def small(folder: Path) -> PpoConfig:
+    """Return the config of a run of 20 iterations of 64 samples, with a checkpoint after each."""
+    return PpoConfig(
+        name="small",
+        runs_dir=str(folder),
+        data=DataConfig(suit_clips=0),
+        network=NetworkConfig(hidden=(16,)),
+        collect=CollectConfig(actors=2, envs=4, threads=1, horizon=8),
+        learner=LearnerConfig(epochs=2, minibatch=16, learning_rate=1e-3, threads=1),
+        samples=20 * 64,
+        evaluate_every=100,
+        checkpoint_every=1,
+    )
+
+
+def main() -> None:
+    """Train as the command line says."""
+    folder, *settings = sys.argv[1:]
+    written = Path(folder) / "small.yaml"
+    save_config(small(Path(folder)), written)
+    ray_pool.LATE_SECONDS, ray_pool.HUNG_SECONDS = LATE_SECONDS, HUNG_SECONDS
+    clips = [Recorded(standing("one", "ann")), Recorded(standing("two", "bob", 130))]
+    motions.load_recordings = lambda *_, **__: clips
+    config = load_config(PpoConfig, written, [text for text in settings if text != "--resume"])
+    ppo.train(config, "--resume" in settings)
+
+
+if __name__ == "__main__":
+    sys.exit(exit_code_of(main))
