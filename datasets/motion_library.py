@@ -90,6 +90,8 @@ _SHAPES = {  # of one frame's parts, in the order of Observed, Rewarded and Refe
 }
 _ENDS = np.cumsum([0, *(np.prod(shape) for shape in _SHAPES.values())]).tolist()
 _COLUMNS = [slice(begin, end) for begin, end in pairwise(_ENDS)]  # of each part in the table
+_VIEWS = [(-1, *shape) for shape in _SHAPES.values()]
+_OBSERVED, _LAST = len(Observed._fields), (0, 3, 1, 2)
 
 
 @dataclass(frozen=True)
@@ -190,10 +192,10 @@ class MotionLibrary:
 
 def _reference(table: np.ndarray) -> Reference:
     """Return the parts of table rows (N, W), as views of them."""
-    parts = [table[:, columns].reshape(-1, *shape) for columns, shape in zip(_COLUMNS, _SHAPES.values(), strict=True)]
-    observed = len(Observed._fields)
-    rewarded = [part.transpose(0, part.ndim - 1, *range(1, part.ndim - 1)) for part in parts[observed:-1]]
-    return Reference(Observed(*parts[:observed]), Rewarded(*rewarded), parts[-1])
+    parts = [table[:, columns].reshape(shape) for columns, shape in zip(_COLUMNS, _VIEWS, strict=True)]
+    pos, rot, lin_vel, axis_vel, local_rot = parts[_OBSERVED:-1]
+    rewarded = Rewarded(pos.mT, rot.transpose(_LAST), lin_vel.mT, axis_vel.transpose(_LAST), local_rot.transpose(_LAST))
+    return Reference(Observed(*parts[:_OBSERVED]), rewarded, parts[-1])
 
 
 def _pack(motion: BodyMotion, truth: BodyMotion, paired: bool) -> dict[str, np.ndarray]:

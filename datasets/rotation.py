@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 Array = Any  # a NumPy array or a torch tensor, of one kind within a call
+_NUMPY = np.ndarray | np.generic
 
 
 def namespace(x: Array) -> ModuleType:
     """Return the module whose functions work on ``x``: numpy or torch."""
-    return np if isinstance(x, np.ndarray | np.generic) else sys.modules["torch"]
+    return np if isinstance(x, _NUMPY) else sys.modules["torch"]
 
 
 class Constant:

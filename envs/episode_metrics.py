@@ -14,20 +14,19 @@ class EpisodeMetrics:
     def __init__(self, worlds: int) -> None:
         """Start with empty sums for every world."""
         self.sums = np.zeros((4, worlds))  # steps, rewards, squared root errors, the same against the truth
+        self._step = np.ones(worlds)
 
     def add(self, rewards: np.ndarray, root: np.ndarray, reference_root: np.ndarray, truth_root: np.ndarray) -> None:
         """Count one step of every world: rewards (N,) and root positions (N, 3) [m]."""
-        errors = root - np.stack([reference_root, truth_root])
-        self.sums[0] += 1.0
-        self.sums[1] += rewards
-        self.sums[2:] += np.einsum("knc,knc->kn", errors, errors)
+        errors = (np.einsum("nc,nc->n", error, error) for error in (root - reference_root, root - truth_root))
+        self.sums += np.array([self._step, rewards, *errors])
 
     def reset(self, worlds: np.ndarray) -> None:
         """Forget the sums of the given worlds."""
         self.sums[:, worlds] = 0.0
 
-    def of(self, worlds: np.ndarray, reference_frames: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the metrics of episodes that have just ended.
+    def of(self, worlds: np.ndarray | slice, reference_frames: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the metrics of episodes until now.
 
         Args:
             worlds: Their indices, shape (n,).

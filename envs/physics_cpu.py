@@ -46,6 +46,7 @@ class CpuPhysics:
         self._fresh = self._batch.state[0].copy()  # a world without a past: no warm start of the solver either
         self._qpos, self._qvel, self._ctrl, self._wrench = (self._batch.bind(name) for name in ("qpos", "qvel", "ctrl", "xfrc_applied"))
         self._xpos, self._xmat, self._sensors = (self._eye.bind(name) for name in ("xpos", "xmat", "sensordata"))
+        self._speeds = self._eye.bind("qvel")
         self._moved = slice(mujoco.mj_stateSize(self.model, _MOVED))
 
     def reset(self, worlds: np.ndarray, pose: np.ndarray, vel: np.ndarray) -> None:
@@ -53,15 +54,18 @@ class CpuPhysics:
         self._batch.state[worlds] = self._fresh
         self._qpos[worlds] = pose
         self._qvel[worlds] = vel
+        self._show(worlds)
         self._look(worlds)
 
     def step(self, targets: np.ndarray) -> np.ndarray:
         """Advance one control step; see ``Physics.step``."""
         self._ctrl[:] = targets
         self._advance()
-        failed = ~(np.abs(self._qvel).max(axis=1) < MAX_SPEED)  # written so that NaN counts as failed
+        self._show()
+        failed = ~(np.abs(self._speeds).max(axis=1) < MAX_SPEED)  # written so that NaN counts as failed
         if failed.any():  # put back to the origin: no number of an exploded world may reach anybody
             self._batch.state[failed] = self._fresh
+            self._show(failed)
         self._look()
         return failed
 
@@ -69,10 +73,12 @@ class CpuPhysics:
         """Simulate one control step."""
         self._batch.step(nstep=SUBSTEPS)
 
+    def _show(self, worlds: np.ndarray | slice = _ALL) -> None:
+        """Tell the eye where worlds are and how they move."""
+        self._eye.state[worlds, self._moved] = self._batch.state[worlds, self._moved]
+
     def _look(self, worlds: np.ndarray | None = None) -> None:
-        """Measure the bodies of worlds, of all by default, where they are now."""
-        some = _ALL if worlds is None else worlds
-        self._eye.state[some, self._moved] = self._batch.state[some, self._moved]
+        """Measure the bodies of worlds, of all by default, where they were shown to be."""
         self._eye.forward(worlds, stage=mujoco.mjtStage.mjSTAGE_VEL)
 
     def hold_root(self, wrench: np.ndarray) -> None:
@@ -83,11 +89,12 @@ class CpuPhysics:
         """Return where the bodies are; see ``Physics.bodies``."""
         three = 3 * BODY_COUNT
         sensed = self._sensors[worlds].astype(np.float32)
+        by_entry = self._xmat[worlds, 1:].reshape(-1, BODY_COUNT, 3, 3).transpose(2, 3, 0, 1)  # the order in which the reward is quickest
         return BodyState(
             pos=self._xpos[worlds, 1:].astype(np.float32),
-            rot=_by_component(self._xmat[worlds, 1:].reshape(-1, BODY_COUNT, 3, 3)),
+            rot=by_entry.astype(np.float32, order="C").transpose(2, 3, 0, 1),
             lin_vel=sensed[:, :three].reshape(-1, BODY_COUNT, 3),
-            ang_vel=_by_component(sensed[:, three : 2 * three].reshape(-1, BODY_COUNT, 3)),
+            ang_vel=sensed[:, three : 2 * three].reshape(-1, BODY_COUNT, 3),
             com=sensed[:, 2 * three : 2 * three + 3],
             com_vel=sensed[:, 2 * three + 3 :],
         )
@@ -111,6 +118,7 @@ class CpuPhysics:
     def set_state(self, state: np.ndarray) -> None:
         """Go back to a state that ``get_state`` returned."""
         self._batch.state[:] = state
+        self._show()
         self._look()
 
 
@@ -135,10 +143,3 @@ def _without(model: mujoco.MjModel, part: mujoco.mjtDisableBit) -> mujoco.MjMode
     lean = copy(model)
     lean.opt.disableflags |= part
     return lean
-
-
-def _by_component(values: np.ndarray) -> np.ndarray:
-    """Return values (N, B, ...) in single precision, laid out in memory component by component: so the reward is quickest."""
-    inner = values.ndim - 2
-    laid_out = np.ascontiguousarray(values.transpose(*range(2, inner + 2), 0, 1), dtype=np.float32)
-    return laid_out.transpose(inner, inner + 1, *range(inner))

@@ -88,12 +88,12 @@ def discount(agent: BodyState, target: Observed) -> Array:
 
 def _by_component(vectors: Array) -> Array:
     """Return a view (3, N, B) of vectors (N, B, 3)."""
-    return namespace(vectors).einsum("nbi->inb", vectors)
+    return vectors.swapaxes(0, 2).swapaxes(1, 2)
 
 
 def _by_entry(matrices: Array) -> Array:
     """Return a view (3, 3, N, B) of matrices (N, B, 3, 3): long rows of worlds and bodies, where NumPy is quick."""
-    return namespace(matrices).einsum("nbij->ijnb", matrices)
+    return matrices.swapaxes(0, 2).swapaxes(1, 3)
 
 
 def _six_faces(centre: Array, axes: Array) -> Array:
@@ -104,6 +104,7 @@ def _six_faces(centre: Array, axes: Array) -> Array:
         axes: Difference of the unit axes, rows are components, shape (3, 3, N, 20).
     """
     xp = namespace(centre)
-    faces = _FACES.like(axes) @ axes.reshape(3, 3, -1) + centre.reshape(3, 1, -1)
+    faces = _FACES.like(axes) @ axes.reshape(3, 3, -1)
+    faces += centre.reshape(3, 1, -1)
     norms = xp.sqrt(xp.einsum("ifm,ifm->fm", faces, faces))
     return norms.sum(axis=0).reshape(centre.shape[1:]).sum(axis=-1) / centre.shape[-1]

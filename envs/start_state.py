@@ -22,7 +22,7 @@ class StartSampler:
             clip_weights: How often each clip is drawn in the uniform share; by their length if None, shape (clips,).
             adaptive: Whether failures matter; otherwise all starts are the uniform share.
         """
-        self._uniform = UNIFORM_SHARE if adaptive else 1.0
+        self._adaptive, self._uniform = adaptive, UNIFORM_SHARE if adaptive else 1.0
         usable = np.array([max(clip.frames - FRAMES_PER_STEP, 1) for clip in library.clips])  # a start needs a step behind it
         counts = -(-usable // BIN_FRAMES)
         self._usable = usable
@@ -36,7 +36,7 @@ class StartSampler:
         weights = np.ones(len(usable)) if clip_weights is None else clip_weights / usable
         prior = self.width * weights[self.clip]
         self.prior = prior / prior.sum()
-        self._below = None if adaptive else _up_to(self.prior)
+        self._below_prior = _up_to(self.prior)
         self.forget()
 
     def forget(self) -> None:
@@ -57,12 +57,14 @@ class StartSampler:
 
     def draw(self, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         """Return ``count`` starts as clips (count,) and frames within them (count,)."""
-        below = _up_to(self.probabilities()) if self._below is None else self._below
+        below = _up_to(self.probabilities()) if self._adaptive else self._below_prior
         bins = np.searchsorted(below, rng.random(count), side="right")
         return self.clip[bins], self.first[bins] + rng.integers(0, self.width[bins])
 
     def record(self, clip: np.ndarray, start: np.ndarray, end: np.ndarray, failed: np.ndarray) -> None:
         """Learn from ended episodes: their clip, first and last frame within it, and whether they failed, each (n,)."""
+        if not self._adaptive:
+            return
         first_bins = self._offset[clip] + start // BIN_FRAMES
         last_bins = np.minimum(self._offset[clip] + end // BIN_FRAMES, self._last[clip])
         for first, last, bad in zip(first_bins.tolist(), last_bins.tolist(), failed.tolist(), strict=True):

@@ -158,7 +158,7 @@ class AdaptMimicVectorEnv(VectorEnv):
         info["physics_failed"] = failed
         ended = terminated | truncated
         if ended.any():
-            worlds = np.flatnonzero(ended)
+            worlds = ended.nonzero()[0]
             info |= {"final_obs": observation, "_final_obs": ended, "tracking": self._end(worlds, terminated), "_tracking": ended}
             if self._autoreset:
                 observation = self._restart(worlds, observation)
@@ -207,14 +207,11 @@ class AdaptMimicVectorEnv(VectorEnv):
         return start
 
     def _end(self, worlds: np.ndarray, terminated: np.ndarray) -> dict[str, np.ndarray]:
-        """Let the sampler learn from the episodes that ended; return their tracking metrics, each (N,), zero for other worlds."""
-        of = self._metrics.of(worlds, self._last[worlds] - self._first[worlds])
-        spread = np.zeros((len(of), self.num_envs))
-        spread[:, worlds] = list(of.values())
+        """Let the sampler learn from the episodes that ended; return the tracking metrics of all until now, each (N,)."""
         begin = self._clip_start[self._clip[worlds]]
         first, last = self._first[worlds] - begin, self._row[worlds] - begin
         self.starts.record(self._clip[worlds], first, last, terminated[worlds])
-        return dict(zip(of, spread, strict=True))
+        return self._metrics.of(slice(None), self._last - self._first)
 
     def _restart(self, worlds: np.ndarray, observation: np.ndarray) -> np.ndarray:
         """Begin new episodes in ``worlds``; return the observations with theirs replaced."""

@@ -12,7 +12,7 @@ from configs.load import CONFIGS, load_config
 from datasets.motion_library import MotionLibrary
 from envs.gym_env import motion_library
 from eval.matrix_products import MatrixProducts, by_mkl
-from eval.peer_learners import RslLearner, Sb3Learner, peer_data
+from eval.peer_learners import PeerData, RslLearner, Sb3Learner, peer_data
 from eval.speed import Contender, Speed, interleave
 from trainers.ppo_config import PpoConfig
 from trainers.ppo_learner import PpoLearner
@@ -45,34 +45,56 @@ def measure_learner(config: PpoConfig, library: MotionLibrary, rounds: int, afte
     try:
         learner = PpoLearner(config, library)
         rollout, last_observations = collect(config, library, learner)
-        data = peer_data(learner, rollout, last_observations)
         torch.set_num_threads(config.learner.threads)  # of all
-        begin = learner.get_state()
         products = MatrixProducts(config)
-        contenders = [
-            Contender(OURS, "PpoLearner.update, normalisation included", _updating(learner, rollout), lambda: learner.set_state(begin), LIMIT),
-            Contender(LIMIT, f"alone, by {'oneDNN' if ONEDNN else 'torch.mm'}: the quickest way that was found", products.run),
-        ]
-        if ONEDNN:
-            contenders.append(Contender(MKL, "alone, as PyTorch multiplies by default", MatrixProducts(config, by_mkl).run))
-        missing = [name for name, (module, _, _) in PEERS.items() if find_spec(module) is None]
-        for name, (_, peer, what) in PEERS.items():
-            if name not in missing:
-                one = peer(config, learner, data)
-                contenders.append(Contender(name, what, one.run, one.prepare))
+        peers, missing = _peers(config, learner, peer_data(learner, rollout, last_observations))
+        contenders = [_ours(learner, rollout), *_limits(config, products), *peers]
         rates = interleave(contenders, rounds, after_round)
     finally:
         torch.set_num_threads(threads)
+    per_sample = products.flops / rollout.samples
     return Speed(
         "learner",
         "samples/s",
         contenders,
         rates,
         OURS,
-        [name for name in PEERS if name not in missing],
-        details={"gflops": {one.name: float(np.median(rates[one.name])) / rollout.samples * products.flops / 1e9 for one in contenders}},
+        [peer.name for peer in peers],
+        details={"gflops": {name: float(np.median(rate)) * per_sample / 1e9 for name, rate in rates.items()}},
         notes=[f"{name} is not installed and left out: pip install '.[benchmark]'" for name in missing],
     )
+
+
+def _ours(learner: PpoLearner, rollout: Rollout) -> Contender:
+    begin = learner.get_state()
+
+    def run() -> float:
+        learner.update([rollout], 0.0)
+        return float(rollout.samples)
+
+    return Contender(OURS, "PpoLearner.update, observations as collected", run, lambda: learner.set_state(begin), LIMIT)
+
+
+def _limits(config: PpoConfig, products: MatrixProducts) -> list[Contender]:
+    """Return the products in the quickest way, and as PyTorch makes them by default where that is another."""
+    if not ONEDNN:
+        return [Contender(LIMIT, "alone, by torch.mm", products.run)]
+    return [
+        Contender(LIMIT, "alone, by oneDNN: the quickest way that was found", products.run),
+        Contender(MKL, "alone, as PyTorch multiplies by default", MatrixProducts(config, by_mkl).run),
+    ]
+
+
+def _peers(config: PpoConfig, learner: PpoLearner, data: PeerData) -> tuple[list[Contender], list[str]]:
+    """Return the peers that are installed, and the names of those that are not."""
+    contenders, missing = [], []
+    for name, (module, build, what) in PEERS.items():
+        if find_spec(module) is None:
+            missing.append(name)
+            continue
+        peer = build(config, learner, data)
+        contenders.append(Contender(name, what, peer.run, peer.prepare))
+    return contenders, missing
 
 
 def collect(config: PpoConfig, library: MotionLibrary, learner: PpoLearner) -> tuple[Rollout, np.ndarray]:
@@ -85,11 +107,3 @@ def collect(config: PpoConfig, library: MotionLibrary, learner: PpoLearner) -> t
     cut = {name: getattr(found, name)[:steps] for name in by_step}
     kept = found.truncated_values[: int(cut["truncated"].sum())]
     return found._replace(**cut, truncated_values=kept, last_values=found.values[steps]), found.observations[steps]
-
-
-def _updating(learner: PpoLearner, rollout: Rollout) -> Callable[[], float]:
-    def run() -> float:
-        learner.update([rollout], 0.0)
-        return float(rollout.samples)
-
-    return run

@@ -78,6 +78,7 @@ class Sb3Learner:
         )
         self.model.set_logger(Logger(None, []))
         policy = self.model.policy
+        policy.log_std.requires_grad_(False)  # as ours, which nobody learns
         extractor = policy.mlp_extractor
         self.actor = nn.Sequential(*extractor.policy_net, policy.action_net)
         self.critic = nn.Sequential(*extractor.value_net, policy.value_net)
@@ -111,7 +112,7 @@ class RslLearner:
         from rsl_rl.storage import RolloutStorage
         from tensordict import TensorDict
 
-        self._data, (steps, worlds) = data, data.rewards.shape
+        self._data, self._sigma, (steps, worlds) = data, config.learner.sigma, data.rewards.shape
         self._observations = [TensorDict({"policy": one}, batch_size=[worlds]) for one in data.observations]
         size, ppo = config.task.action_size, config.learner
         first, groups = self._observations[0], {"actor": ["policy"], "critic": ["policy"]}
@@ -150,7 +151,7 @@ class RslLearner:
             one.rewards, one.dones = torch.from_numpy(reward), torch.from_numpy(data.ended[t])
             one.values, one.actions_log_prob = torch.from_numpy(rollout.values[t])[:, None], torch.from_numpy(rollout.log_probs[t])
             mean = torch.from_numpy(rollout.means[t])
-            one.distribution_params = (mean, torch.full_like(mean, self.model.actor.distribution.std_param[0].item()))
+            one.distribution_params = (mean, torch.full_like(mean, self._sigma))
             storage.add_transition(one)
 
     def run(self) -> float:

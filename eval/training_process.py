@@ -91,7 +91,7 @@ def _serve(make: Callable[[], AbstractContextManager[Any]], pipe: Connection) ->
         while True:
             try:
                 task = pipe.recv()
-            except EOFError:
+                pipe.send(task(held))
+            except (EOFError, BrokenPipeError):
                 tell_family(os.getpid(), SIGCONT)  # should whoever paused them be gone
                 return
-            pipe.send(task(held))

@@ -21,7 +21,7 @@ from trainers.checkpoint import load_newest
 
 ROOT = Path(__file__).parents[2]
 COLLECTOR = "ray::RolloutActor"
-PATIENCE = 60.0  # s in which a run has to recover
+PATIENCE = 120.0  # s in which a run has to recover
 ROLLOUT = 32  # samples: 4 worlds, 8 steps
 
 
