@@ -1,5 +1,6 @@
 """The engine's numbers against the clip's own, and worlds that explode."""
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -39,6 +40,25 @@ def test_bodies_stand_and_move_as_in_the_clip(physics: CpuPhysics, library: Moti
 def test_bodies_are_those_of_the_new_state(physics: CpuPhysics, library: MotionLibrary) -> None:
     physics.step(targets(library))
     assert np.allclose(physics.bodies().pos[:, 0], physics.poses()[:, :3], atol=1e-6)
+
+
+def test_bodies_are_those_of_a_full_forward_pass(physics: CpuPhysics, library: MotionLibrary) -> None:
+    # MuJoCo's own pass over the whole model, contacts, motors and sensors included, in the state after some steps. There the root
+    # lies at the first three positions and moves with the first three speeds; the last three are its spin in the pelvis' axes.
+    for _ in range(3):
+        physics.step(targets(library))
+    agent = physics.bodies()
+    for world, state in enumerate(physics.get_state()):
+        data = mujoco.MjData(physics.model)
+        mujoco.mj_setState(physics.model, data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
+        mujoco.mj_forward(physics.model, data)
+        speeds = data.sensordata.reshape(-1, 3)
+        assert np.allclose(agent.pos[world], data.xpos[1:], atol=1e-6)
+        assert np.allclose(agent.rot[world], data.xmat[1:].reshape(-1, 3, 3), atol=1e-6)
+        assert np.allclose(np.concat([agent.lin_vel[world], agent.ang_vel[world]]), speeds[:40], rtol=1e-6, atol=1e-6)
+        assert np.allclose([agent.com[world], agent.com_vel[world]], speeds[40:], rtol=1e-6, atol=1e-6)
+        assert np.allclose(agent.lin_vel[world, 0], data.qvel[:3], rtol=1e-6, atol=1e-6)
+        assert np.allclose(agent.rot[world, 0].T @ agent.ang_vel[world, 0], data.qvel[3:6], rtol=1e-5, atol=1e-5)
 
 
 def test_bodies_of_some_worlds(physics: CpuPhysics) -> None:

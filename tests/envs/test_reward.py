@@ -165,6 +165,22 @@ def test_worlds_do_not_mix() -> None:
         assert np.allclose([term[0] for term in reward(one, reference_of(other))], [term[world] for term in together])
 
 
+@pytest.mark.parametrize("worlds", [1, 7, 40])
+def test_neither_neighbours_nor_the_layout_of_memory_change_a_bit(worlds: int) -> None:
+    # Single precision, rotations laid out world by world, and entry by entry as the simulation hands them over.
+    agent, target = (type(state)(*(array.astype(np.float32) for array in state)) for state in (random_state(5, 40), random_state(6, 40)))
+    together = reward(agent, reference_of(target))
+    some, others = (type(state)(*(array[:worlds] for array in state)) for state in (agent, target))
+    for order in ("C", "F"):
+        rearranged = some._replace(rot=np.array(some.rot, order=order))
+        for term, expected in zip(reward(rearranged, reference_of(others)), together, strict=True):
+            assert np.allclose(term, expected[:worlds], rtol=1e-6)
+    by_entry = some._replace(rot=some.rot.transpose(2, 3, 0, 1).copy().transpose(2, 3, 0, 1))
+    alone = agent._replace(rot=agent.rot.transpose(2, 3, 0, 1).copy().transpose(2, 3, 0, 1))
+    for term, expected in zip(reward(by_entry, reference_of(others)), reward(alone, reference_of(target)), strict=True):
+        assert np.array_equal(term, expected[:worlds])
+
+
 def test_torch_agrees_with_numpy() -> None:
     agent, target = random_state(3), reference_of(random_state(4))
     for mine, theirs in zip(reward(agent, target), reward(tensors(agent), tensors(target)), strict=True):

@@ -76,6 +76,15 @@ def test_draws_follow_the_probabilities_and_reach_both_ends() -> None:
     assert (frame[clip == 1].min(), frame[clip == 1].max()) == (0, 28)
 
 
+def test_without_adaptation_failures_change_nothing() -> None:
+    starts = StartSampler(library(100, 31), adaptive=False)
+    before = starts.draw(50, np.random.default_rng(3))
+    starts.record(np.array([0]), np.array([5]), np.array([70]), np.array([False]))
+    assert np.array_equal(before, starts.draw(50, np.random.default_rng(3)))
+    # 98 + 29 frames, all alike.
+    assert np.allclose(starts.probabilities(), np.array([30, 30, 30, 8, 29]) / 127)
+
+
 def test_same_seed_same_starts() -> None:
     starts = StartSampler(library(100, 31))
     first, again = (starts.draw(50, np.random.default_rng(3)) for _ in range(2))

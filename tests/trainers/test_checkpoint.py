@@ -1,13 +1,13 @@
 """What is saved comes back; what is broken is passed over."""
 
-import resource
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from configs.errors import RunError
+from tests.trainers.full_disk import full_disk
 from trainers.checkpoint import KEPT, Checkpoints, load_newest, save_checkpoint
 
 
@@ -54,20 +54,12 @@ def test_a_broken_newest_gives_the_one_before_and_is_told_of(spoil: Callable[[by
     assert said[0].startswith(f"checkpoint {newest} is broken")
 
 
-@pytest.fixture
-def full_disk() -> Iterator[None]:
-    """A system that refuses to write more than 50 bytes to any file, as a full disk would."""
-    resource.setrlimit(resource.RLIMIT_FSIZE, (50, resource.RLIM_INFINITY))
-    yield
-    resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
-
-
-def test_a_full_disk_costs_no_earlier_checkpoint_and_is_told_at_the_end(tmp_path: Path, request: pytest.FixtureRequest) -> None:
+def test_a_full_disk_costs_no_earlier_checkpoint_and_is_told_at_the_end(tmp_path: Path) -> None:
     said: list[str] = []
     checkpoints = Checkpoints(tmp_path, said.append)
     checkpoints.save(1, tree(1.0))
-    request.getfixturevalue("full_disk")
-    checkpoints.save(2, tree(2.0))
+    with full_disk(50):
+        checkpoints.save(2, tree(2.0))
     assert len(said) == 1
     assert "File too large" in said[0]
     found = checkpoints.newest()
@@ -80,11 +72,8 @@ def test_a_full_disk_costs_no_earlier_checkpoint_and_is_told_at_the_end(tmp_path
 
 def test_once_there_is_room_again_all_is_well(tmp_path: Path) -> None:
     checkpoints = Checkpoints(tmp_path, lambda _: None)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (50, resource.RLIM_INFINITY))
-    try:
+    with full_disk(50):
         checkpoints.save(1, tree(1.0))
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
     checkpoints.save(2, tree(2.0))
     checkpoints.check()
 
