@@ -76,10 +76,11 @@ def few_steps(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
 
 class StopAfterOne(supervised.Stop):
-    """A training is asked to stop in its first update, between the two times that it looks."""
+    """A training is asked to stop after its first update."""
 
     def __init__(self, say: Callable[[str], None]) -> None:
-        """Listen to nobody."""
+        """Count the looks."""
+        super().__init__(say)
         self.looks = 0
 
     @property

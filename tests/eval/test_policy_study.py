@@ -150,10 +150,11 @@ def few_steps(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 class StopAfterOne(ppo.Stop):
-    """A training is asked to stop in its first iteration, between the two times that it looks."""
+    """A training is asked to stop after its first iteration."""
 
     def __init__(self, say: Callable[[str], None]) -> None:
-        """Listen to nobody."""
+        """Count the looks."""
+        super().__init__(say)
         self.looks = 0
 
     @property
