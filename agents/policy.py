@@ -60,8 +60,8 @@ class Policy(nn.Module):
 
     @torch.inference_mode()
     def act(self, observation: np.ndarray) -> np.ndarray:
-        """Return the deterministic actions (N, A) for observations (N, O)."""
-        return self.mean_action(torch.from_numpy(observation)).numpy()
+        """Return the deterministic actions (N, A) for observations (N, O), wherever the policy lives."""
+        return self.mean_action(torch.from_numpy(observation).to(self.normaliser.mean.device)).cpu().numpy()
 
     def save(self, path: Path, card: dict[str, Any]) -> None:
         """Write weights, normaliser, shape and ``card`` (JSON values: task, training clips, ...) as safetensors."""

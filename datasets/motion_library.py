@@ -1,6 +1,6 @@
 """Many clips packed flat and read-only: everything a mimicking step needs to know of a frame, in one look-up."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -91,7 +91,7 @@ _SHAPES = {  # of one frame's parts, in the order of Observed, Rewarded and Refe
 _ENDS = np.cumsum([0, *(np.prod(shape) for shape in _SHAPES.values())]).tolist()
 _COLUMNS = [slice(begin, end) for begin, end in pairwise(_ENDS)]  # of each part in the table
 _VIEWS = [(-1, *shape) for shape in _SHAPES.values()]
-_OBSERVED, _LAST = len(Observed._fields), (0, 3, 1, 2)
+_OBSERVED = len(Observed._fields)
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ class ClipInfo:
 
 @dataclass(frozen=True)
 class MotionLibrary:
-    """Clips of one frame rate, packed one after the other.
+    """Clips of one frame rate, packed one after the other; NumPy, or tensors where ``placed`` put them.
 
     Attributes:
         clips: What is known of each clip.
@@ -123,11 +123,11 @@ class MotionLibrary:
     """
 
     clips: tuple[ClipInfo, ...]
-    table: np.ndarray
-    start_pose: np.ndarray
-    start_vel: np.ndarray
+    table: Array
+    start_pose: Array
+    start_vel: Array
     fps: float
-    feed_forward: np.ndarray | None = None
+    feed_forward: Array | None = None
 
     @classmethod
     def of(cls, motions: list[BodyMotion], truths: list[BodyMotion] | None = None, paired: bool = False) -> Self:
@@ -161,7 +161,7 @@ class MotionLibrary:
             array.setflags(write=False)
         return cls(clips, **arrays, fps=fps)
 
-    def arrays(self) -> dict[str, np.ndarray]:
+    def arrays(self) -> dict[str, Array]:
         """Return the packed arrays by name, to store or share them."""
         arrays = {"table": self.table, "start_pose": self.start_pose, "start_vel": self.start_vel}
         return arrays if self.feed_forward is None else arrays | {"feed_forward": self.feed_forward}
@@ -181,21 +181,24 @@ class MotionLibrary:
         clips = tuple(replace(clip, start=int(start)) for clip, start in zip(kept, starts, strict=False))
         return type(self).from_arrays(clips, {name: array[rows] for name, array in self.arrays().items()}, self.fps)
 
+    def placed(self, place: Callable[[np.ndarray], Array]) -> Self:
+        """Return the same clips with their arrays where ``place`` puts them, such as on a GPU."""
+        return replace(self, **{name: place(array) for name, array in self.arrays().items()})
+
     def __len__(self) -> int:
         """Return the number of frames of all clips together."""
         return len(self.start_pose)
 
-    def at(self, rows: np.ndarray) -> Reference:
+    def at(self, rows: Array) -> Reference:
         """Return the reference at the given rows of the library, shape (N,)."""
         return _reference(self.table[rows])
 
 
-def _reference(table: np.ndarray) -> Reference:
+def _reference(table: Array) -> Reference:
     """Return the parts of table rows (N, W), as views of them."""
     parts = [table[:, columns].reshape(shape) for columns, shape in zip(_COLUMNS, _VIEWS, strict=True)]
-    pos, rot, lin_vel, axis_vel, local_rot = parts[_OBSERVED:-1]
-    rewarded = Rewarded(pos.mT, rot.transpose(_LAST), lin_vel.mT, axis_vel.transpose(_LAST), local_rot.transpose(_LAST))
-    return Reference(Observed(*parts[:_OBSERVED]), rewarded, parts[-1])
+    rewarded = (part.swapaxes(1, -1).swapaxes(2, -1) if part.ndim == 4 else part.mT for part in parts[_OBSERVED:-1])
+    return Reference(Observed(*parts[:_OBSERVED]), Rewarded(*rewarded), parts[-1])
 
 
 def _pack(motion: BodyMotion, truth: BodyMotion, paired: bool) -> dict[str, np.ndarray]:

@@ -22,8 +22,9 @@ class Constant:
     """Numbers that shared maths needs as an array of its caller's kind: NumPy's, or torch's on some device."""
 
     def __init__(self, values: Any) -> None:
-        """Hold ``values`` in single precision."""
-        self._values = np.array(values, dtype=np.float32)
+        """Hold ``values``: whole numbers, which are indices, as they are, all others in single precision."""
+        array = np.array(values)
+        self._values = array if array.dtype.kind == "i" else array.astype(np.float32)
         self._tensors: dict[tuple[Any, Any], Array] = {}
 
     def like(self, x: Array) -> Array:
@@ -32,11 +33,12 @@ class Constant:
             return self._values
         key = (x.device, x.dtype)
         if key not in self._tensors:
-            self._tensors[key] = namespace(x).tensor(self._values, device=x.device, dtype=x.dtype)
+            own = None if self._values.dtype.kind == "i" else x.dtype
+            self._tensors[key] = namespace(x).tensor(self._values, device=x.device, dtype=own)
         return self._tensors[key]
 
 
-_SKEW = Constant([[0, 0, 0, 0, 0, -1, 0, 1, 0], [0, 0, 1, 0, 0, 0, -1, 0, 0], [0, -1, 0, 1, 0, 0, 0, 0, 0]])
+_SKEW = Constant([[0.0, 0, 0, 0, 0, -1, 0, 1, 0], [0, 0, 1, 0, 0, 0, -1, 0, 0], [0, -1, 0, 1, 0, 0, 0, 0, 0]])
 
 
 def skew(v: Array) -> Array:

@@ -1,8 +1,10 @@
 """What the policy sees: Table 4.1 of the thesis and the additions of ``MimicSpec``; pure, batched, NumPy or torch."""
 
+from functools import cache
+
 from datasets.body_state import BodyState
-from datasets.motion_library import Observed
-from datasets.rotation import Array, namespace
+from datasets.motion_library import MotionLibrary, Observed
+from datasets.rotation import Array, Constant, namespace
 from envs.mimic_spec import MimicSpec
 
 
@@ -21,7 +23,7 @@ def observe(spec: MimicSpec, agent: BodyState, target: Observed, smoothed_action
         Observations in the order of ``spec.observation_parts``, shape (N, O). Source: thesis, Table 4.1.
     """
     xp = namespace(agent.pos)
-    bodies = slice(None) if len(spec.observed_bodies) == agent.pos.shape[1] else list(spec.observed_bodies)
+    bodies = slice(None) if len(spec.observed_bodies) == agent.pos.shape[1] else _chosen(spec.observed_bodies).like(agent.pos)
     com_vel = [agent.com_vel[:, None], target.com_vel[:, None], (agent.com_vel - target.com_vel)[:, None]]
     root_vel = target.lin_vel[:, :1]
     agent_pos = agent.pos[:, bodies] - agent.com[:, None]
@@ -41,6 +43,26 @@ def observe(spec: MimicSpec, agent: BodyState, target: Observed, smoothed_action
     additions = spec.observation_slices["smoothed_action"].start + 2  # columns 11 and 14 are left out: what is not horizontal
     parts = [flat[:, :11], flat[:, 12:14], flat[:, 15:additions], smoothed_action, flat[:, additions:]]
     return xp.concat([*parts, agent.com[:, 2:]] if spec.com_height else parts, axis=1)
+
+
+def preview(library: MotionLibrary, rows: Array, last: Array, ahead: Array) -> Array | None:
+    """Return where the reference's bodies will be [m], shape (N, P, 20, 3); None without preview.
+
+    Args:
+        library: With the reference.
+        rows: Of the library, where the worlds are, shape (N,).
+        last: Of the library, the last of their clips, shape (N,); beyond it nothing moves.
+        ahead: Frames, shape (P,).
+    """
+    if not len(ahead):
+        return None
+    return library.frames.observed.pos[namespace(rows).minimum(rows[:, None] + ahead, last[:, None])]
+
+
+@cache
+def _chosen(bodies: tuple[int, ...]) -> Constant:
+    """Return the indices of bodies."""
+    return Constant(bodies)
 
 
 def _turn_back(vectors: Array, facing: Array) -> None:

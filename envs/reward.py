@@ -10,7 +10,7 @@ from datasets.motion_library import Observed, Reference, Rewarded
 from datasets.rotation import Array, Constant, namespace, skew
 from envs.mimic_spec import ALPHA_LOCAL, ALPHA_POSITION, ALPHA_VELOCITY, DISCOUNT_OFFSET, DISCOUNT_SLOPE
 
-_PARENTS = np.array([0, *SKELETON.parents[1:]])  # the pelvis counts as its own: it is left out afterwards
+_PARENTS = Constant([0, *SKELETON.parents[1:]])  # the pelvis counts as its own: it is left out afterwards
 _CROSS = Constant(skew(np.eye(3)).reshape(3, 9).T)  # from a vector to the matrix whose products are cross products with it, (9, 3)
 # From a body's origin to the face centres of its unit cube, as multiples of its axes, shape (6, 3) [m].
 _FACES = Constant(np.concat([0.5 * np.eye(3), -0.5 * np.eye(3)]))
@@ -45,7 +45,7 @@ def local_pose(agent: BodyState, target: Rewarded) -> Array:
     xp = namespace(agent.rot)
     rot = _by_entry(agent.rot)
     # NumPy's indexing would give memory another order than what it is multiplied with.
-    parents = rot.take(_PARENTS, axis=-1) if xp is np else rot[..., _PARENTS]
+    parents = rot.take(_PARENTS.like(rot), axis=-1) if xp is np else rot[..., _PARENTS.like(rot)]
     local = xp.einsum("ijnb,iknb->jknb", parents, rot)  # the parents' inverse times the bodies' rotations
     error = local[..., 1:] - _by_entry(target.local_rot)
     # Chord instead of trace: |A - B| = 2 sqrt(2) sin(angle / 2) stays exact for small angles in single precision.

@@ -103,7 +103,5 @@ def collect(config: PpoConfig, library: MotionLibrary, learner: PpoLearner) -> t
     longer = replace(config, collect=replace(config.collect, horizon=steps + 1))
     actor = RolloutActor(longer, 0, 0, library.clips, library.arrays(), library.fps, np.ones(len(library.clips)))
     found = actor.collect(learner.weights(), config.learner.sigma, 0.0)
-    by_step = ("observations", "actions", "means", "log_probs", "values", "rewards", "terminated", "truncated")
-    cut = {name: getattr(found, name)[:steps] for name in by_step}
-    kept = found.truncated_values[: int(cut["truncated"].sum())]
-    return found._replace(**cut, truncated_values=kept, last_values=found.values[steps]), found.observations[steps]
+    by_step = ("observations", "actions", "means", "log_probs", "values", "rewards", "terminated", "truncated", "next_values")
+    return found._replace(**{name: getattr(found, name)[:steps] for name in by_step}), found.observations[steps]

@@ -42,8 +42,8 @@ def peer_data(learner: PpoLearner, rollout: Rollout, last_observations: np.ndarr
     observations = torch.from_numpy(np.concat([rollout.observations, last_observations[None]]))
     gamma = learner.config.gamma
     rewards = (1.0 - gamma) * rollout.rewards if gamma < 1.0 else rollout.rewards.copy()
-    rewards[rollout.truncated] += gamma * rollout.truncated_values
-    return PeerData(learner.policy.normaliser(observations), rewards, rollout.terminated | rollout.truncated, rollout)
+    rewards += gamma * rollout.truncated * rollout.next_values  # peers know no other way of going on
+    return PeerData(learner.policy.normaliser(observations), rewards, rollout.ended, rollout)
 
 
 class Sb3Learner:
@@ -97,7 +97,7 @@ class Sb3Learner:
     def run(self) -> float:
         """Update; return the samples."""
         data = self._data
-        self.model.rollout_buffer.compute_returns_and_advantage(torch.from_numpy(data.rollout.last_values), data.ended[-1])
+        self.model.rollout_buffer.compute_returns_and_advantage(torch.from_numpy(data.rollout.next_values[-1]), data.ended[-1])
         self.model.train()
         return float(data.rewards.size)
 

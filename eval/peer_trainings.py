@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import asdict, dataclass
 from typing import Any, Protocol
 
@@ -12,13 +12,13 @@ import torch
 from datasets.motion_library import MotionLibrary
 from eval.benchmark_env import BareBatch, Tape
 from eval.matrix_products import MatrixProducts
+from trainers.crew import crew
 from trainers.play import Act, play, protocol
 from trainers.ppo_config import PpoConfig
 from trainers.ppo_learner import PpoLearner
-from trainers.ray_cluster import RayCluster
-from trainers.ray_pool import RayPool
+from trainers.remote_learner import Learner
 from trainers.rollout_actor import RolloutActor
-from trainers.rollout_pool import LocalPool, RolloutPool
+from trainers.rollout_pool import RolloutPool
 
 THREADS = 2
 
@@ -84,7 +84,7 @@ def ratio_of(act: Act, task: Task) -> float:
 class OurTraining:
     """This project's trainer."""
 
-    def __init__(self, task: Task, learner: PpoLearner, pool: RolloutPool) -> None:
+    def __init__(self, task: Task, learner: Learner, pool: RolloutPool) -> None:
         """Put learner and collectors together."""
         self.task, self._learner, self._pool = task, learner, pool
 
@@ -102,13 +102,8 @@ class OurTraining:
 @contextmanager
 def our_training(task: Task) -> Iterator[OurTraining]:
     """Build our training, with the collectors that its config asks for."""
-    config = task.config
-    with ExitStack() as stack:
-        if config.collect.actors:
-            pool: RolloutPool = RayPool(config, stack.enter_context(RayCluster(config, task.library, task.weights)))
-        else:
-            pool = LocalPool(config, task.library, task.weights)
-        yield OurTraining(task, PpoLearner(config, task.library), pool)
+    with crew(task.config, task.library, task.weights) as (learner, pool):
+        yield OurTraining(task, learner, pool)
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,11 @@
-"""Generalised advantage estimation (Schulman et al. 2016), a function of arrays."""
+"""Generalised advantage estimation (Schulman et al. 2016), a function of tensors."""
 
-import numpy as np
+import torch
 
 
-def gae(rewards: np.ndarray, values: np.ndarray, next_values: np.ndarray, ended: np.ndarray, gamma: float, lam: float) -> np.ndarray:
+def gae(
+    rewards: torch.Tensor, values: torch.Tensor, next_values: torch.Tensor, ended: torch.Tensor, gamma: float, lam: float
+) -> torch.Tensor:
     """Return the advantages of a rollout.
 
     Args:
@@ -19,9 +21,9 @@ def gae(rewards: np.ndarray, values: np.ndarray, next_values: np.ndarray, ended:
         Advantages, shape (T, N).
     """
     deltas = rewards + gamma * next_values - values
-    advantages = np.zeros_like(deltas)
-    carried = np.zeros_like(deltas[0])
+    advantages = torch.zeros_like(deltas)
+    carried = torch.zeros_like(deltas[0])
     for t in range(len(deltas) - 1, -1, -1):
-        carried = deltas[t] + gamma * lam * (1.0 - ended[t]) * carried
+        carried = deltas[t] + gamma * lam * ~ended[t] * carried
         advantages[t] = carried
     return advantages

@@ -1,5 +1,6 @@
 """What the next update of any learner depends on, as a tree for ``checkpoint``: weights, optimiser and random generator."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -7,14 +8,19 @@ import torch
 from torch import nn
 
 
+def arrays_of(tensors: Mapping[str, torch.Tensor]) -> dict[str, np.ndarray]:
+    """Return copies of tensors by name, as arrays, which checkpoints hold and Ray hands over without copies of its own."""
+    return {name: tensor.cpu().numpy().copy() for name, tensor in tensors.items()}
+
+
 def get_state(network: nn.Module, optimiser: torch.optim.Optimizer, random: torch.Generator) -> dict[str, Any]:
     """Return copies of everything."""
     moments = {
-        f"{index}/{name}": value.numpy().copy() for index, state in optimiser.state_dict()["state"].items() for name, value in state.items()
-    }
+        f"{index}/{name}": value for index, state in optimiser.state_dict()["state"].items() for name, value in state.items()
+    }  # fmt: skip
     return {
-        "network": {name: tensor.numpy().copy() for name, tensor in network.state_dict().items()},
-        "optimiser": moments,
+        "network": arrays_of(network.state_dict()),
+        "optimiser": arrays_of(moments),
         "random": random.get_state().numpy(),
     }
 

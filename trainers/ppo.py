@@ -2,24 +2,20 @@
 
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from configs.errors import InputError
 from configs.load import save_config
+from envs.physics_warp import check_installed
 from trainers.checkpoint import load_newest
 from trainers.command_line import run_training
-from trainers.motions import PreparedMotions, prepare_motions
+from trainers.crew import crew
+from trainers.device import device_of
+from trainers.motions import prepare_motions
 from trainers.ppo_config import PpoConfig
-from trainers.ppo_learner import PpoLearner
 from trainers.ppo_log import PpoLog
 from trainers.ppo_run import PpoRun
 from trainers.progress import Stop
-from trainers.ray_cluster import RayCluster
-from trainers.ray_pool import RayPool
-from trainers.remote_learner import RemoteLearner
-from trainers.rollout_pool import LocalPool
 from trainers.run_folder import make_folder, move_aside
 from trainers.run_log import commit_of_code, make_console
 
@@ -30,12 +26,14 @@ def train(config: PpoConfig, resume: bool) -> Path:
     log = PpoLog(folder, make_console(), config)
     if resume and load_newest(folder / "checkpoints") is None:
         raise InputError(f"there is no checkpoint to resume in {folder}/checkpoints; start without --resume")
+    _check_machine(config)
     make_folder(Path(config.runs_dir))  # before minutes are spent
     motions = prepare_motions(config.data, Path(config.runs_dir) / "cache", log.say)
     if not resume:
         move_aside(folder, log.say)
     make_folder(folder)
-    with _run(config, motions, folder, log) as run:
+    with crew(config, motions.training, motions.weights, log.say) as (learner, pool):
+        run = PpoRun(config, motions, folder, log, learner, pool)
         if resume:
             run.resume()
         save_config(config, folder / "config.yaml")
@@ -56,17 +54,12 @@ def train(config: PpoConfig, resume: bool) -> Path:
     return folder
 
 
-@contextmanager
-def _run(config: PpoConfig, motions: PreparedMotions, folder: Path, log: PpoLog) -> Iterator[PpoRun]:
-    """Give a run its learner and its collectors, in this process or as Ray's actors."""
-    if config.collect.actors == 0:
-        pool = LocalPool(config, motions.training, motions.weights)
-        yield PpoRun(config, motions, folder, log, PpoLearner(config, motions.training), pool)
-        return
-    with RayCluster(config, motions.training, motions.weights) as cluster:
-        remote = bool(config.ray.address)
-        learner = RemoteLearner(config, cluster) if remote else PpoLearner(config, motions.training)  # first: it needs its cores
-        yield PpoRun(config, motions, folder, log, learner, RayPool(config, cluster, log.say, fetch=not remote))
+def _check_machine(config: PpoConfig) -> None:
+    """Raise an InputError, before minutes are spent, if this machine lacks what the config asks for."""
+    if not config.ray.address:
+        device_of(config.device)
+    if config.physics == "warp":
+        check_installed()
 
 
 def main(arguments: list[str] | None = None) -> int:

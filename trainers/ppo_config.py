@@ -176,6 +176,9 @@ class PpoConfig:
         collect: Rollouts.
         learner: Updates.
         ray: Where actors run.
+        physics: "cpu", MuJoCo on threads and Ray's actors, or "warp", mujoco-warp on the device, where then everything happens: worlds,
+            policy and learner, in one process without actors.
+        device: Of the learner: "cpu", "cuda", or "auto", the GPU where there is one.
         samples: Control steps after which training ends.
         minutes: Wall-clock limit after which it ends; 0 is none.
         evaluate_every: Iterations between evaluations on the held-out performer.
@@ -191,6 +194,8 @@ class PpoConfig:
     collect: CollectConfig = field(default_factory=CollectConfig)
     learner: LearnerConfig = field(default_factory=LearnerConfig)
     ray: RayConfig = field(default_factory=RayConfig)
+    physics: str = "cpu"
+    device: str = "auto"
     samples: int = 2_293_760_000  # 35,000 epochs of 65,536
     minutes: float = 0.0
     evaluate_every: int = 400
@@ -208,4 +213,14 @@ class PpoConfig:
             f"'{self.ray.address}' without actors",
             "given with collect.actors 1 or more",
         )
+        require(self.physics in ("cpu", "warp"), "physics", f"'{self.physics}'", "cpu or warp")
+        require(self.device in ("auto", "cpu", "cuda"), "device", f"'{self.device}'", "auto, cpu or cuda")
+        if self.physics == "warp":
+            require(not self.ray.address, "ray.address", f"'{self.ray.address}' with physics warp", "empty: one process holds all worlds")
+            require(not self.collect.overlap, "collect.overlap", "true with physics warp", "false: one device does everything in turn")
         require(bool(self.name) and "/" not in self.name, "name", repr(self.name), "a folder's name")
+
+    @property
+    def in_process(self) -> bool:
+        """Whether collecting happens in the learner's process, without Ray."""
+        return self.collect.actors == 0 or self.physics == "warp"

@@ -8,12 +8,15 @@ import torch
 from agents.distribution import kl_divergence, log_prob
 from agents.policy import Policy
 from datasets.motion_library import MotionLibrary
+from trainers.device import device_of, quick_products
 from trainers.gae import gae
-from trainers.learner_state import get_state, set_state
+from trainers.learner_state import arrays_of, get_state, set_state
 from trainers.ppo_config import PpoConfig
 from trainers.ppo_loss import policy_loss, value_loss
 from trainers.rollout import Rollout
 from trainers.style_learner import StyleLearner
+
+_STEP_TELLS = ("policy_loss", "value_loss", "kl", "clip_fraction", "grad_norm")
 
 
 class PpoLearner:
@@ -24,22 +27,16 @@ class PpoLearner:
         torch.manual_seed(config.seed)
         self.config = config.learner
         spec = config.task
-        self.policy = Policy(spec.observation_size, spec.action_size, config.network.hidden, config.network.activation)
+        self.device = device_of(config.device)
+        shape = (spec.observation_size, spec.action_size, config.network.hidden, config.network.activation)
+        self.policy = Policy(*shape).to(self.device)
         self.optimiser = torch.optim.Adam(self.policy.parameters(), lr=self.config.learning_rate, eps=1e-5, fused=True)
-        self.random = torch.Generator().manual_seed(config.seed)
-        self.style = StyleLearner(self.config.style, config.seed, library) if self.config.style else None
-
-    def sigma(self, progress: float) -> float:
-        """Return the actions' standard deviation at a share ``progress`` of the training."""
-        return self.config.sigma + progress * (self.config.final_sigma - self.config.sigma)
-
-    def learning_rate(self, progress: float) -> float:
-        """Return Adam's rate at a share ``progress`` of the training."""
-        return self.config.learning_rate + progress * (self.config.final_learning_rate - self.config.learning_rate)
+        self.random = torch.Generator(self.device).manual_seed(config.seed)
+        self.style = StyleLearner(self.config.style, config.seed, library, self.device) if self.config.style else None
 
     def weights(self) -> dict[str, np.ndarray]:
-        """Return a copy of the policy's weights, normaliser included; arrays, which Ray hands over without copies of its own."""
-        return {name: tensor.numpy().copy() for name, tensor in self.policy.state_dict().items()}
+        """Return a copy of the policy's weights, normaliser included."""
+        return arrays_of(self.policy.state_dict())
 
     def update(self, rollouts: list[Rollout], progress: float) -> dict[str, float]:
         """Improve the policy on rollouts that it collected.
@@ -51,28 +48,33 @@ class PpoLearner:
         Returns:
             Diagnostics by name.
         """
+        with quick_products(self.device):
+            return self._learn([rollout.on(self.device) for rollout in rollouts], progress)
+
+    def _learn(self, rollouts: list[Rollout], progress: float) -> dict[str, float]:
+        """Improve the policy on rollouts that are on the device; return diagnostics."""
         rollouts, styled = self.style.judge(rollouts) if self.style else (rollouts, {})
         torch.set_num_threads(self.config.threads)  # collectors in this process set theirs
         batch = self._batch(rollouts)
         observations = batch.pop("observations")
         batch["observed"] = self.policy.normaliser(observations)  # with the statistics that it was collected with, before they change
         self.policy.normaliser.update(observations)
-        sigma, size = self.sigma(progress), len(observations)
+        sigma, size, rate = self.config.sigma_at(progress), len(observations), self.config.learning_rate_at(progress)
         for group in self.optimiser.param_groups:
-            group["lr"] = self.learning_rate(progress)
-        steps: list[dict[str, float]] = []
+            group["lr"] = rate
+        steps: list[list[float]] = []
         kl = 0.0
         for _ in range(self.config.epochs):
-            order = torch.randperm(size, generator=self.random)
+            order = torch.randperm(size, generator=self.random, device=self.device)
             passed = [
                 self._step({name: array.index_select(0, picked) for name, array in batch.items()}, sigma)
                 for picked in order.split(self.config.minibatch)
             ]
-            steps += passed
-            kl = float(np.mean([step["kl"] for step in passed]))
+            steps += torch.stack(passed).tolist()  # the only wait for a GPU in a pass
+            kl = float(np.mean([step[_STEP_TELLS.index("kl")] for step in steps[-len(passed) :]]))
             if self.config.target_kl and kl > self.config.target_kl:
                 break
-        means = {name: float(np.mean([step[name] for step in steps])) for name in steps[0]}
+        means = dict(zip(_STEP_TELLS, np.mean(steps, axis=0).tolist(), strict=True))
         target = batch["targets"]
         unexplained = (target - batch["values"]).var() / target.var().clamp_min(1e-12)
         return {
@@ -80,12 +82,13 @@ class PpoLearner:
             **styled,
             "kl": kl,
             "explained_variance": 1.0 - float(unexplained),
-            "learning_rate": self.learning_rate(progress),
+            "learning_rate": rate,
             "sigma": sigma,
             "minibatches": float(len(steps)),
         }
 
-    def _step(self, part: dict[str, torch.Tensor], sigma: float) -> dict[str, float]:
+    def _step(self, part: dict[str, torch.Tensor], sigma: float) -> torch.Tensor:
+        """Learn from a minibatch; return the numbers that ``_STEP_TELLS`` names."""
         mean = self.policy.actor(part["observed"])
         value = self.policy.critic(part["observed"]).squeeze(-1)
         now = log_prob(mean, sigma, part["actions"])
@@ -97,39 +100,30 @@ class PpoLearner:
         self.optimiser.step()
         with torch.no_grad():
             clipped = ((now - part["log_probs"]).exp() - 1.0).abs() > self.config.clip
-            return {
-                "policy_loss": for_policy.item(),
-                "value_loss": for_value.item(),
-                "kl": kl_divergence(part["means"], mean, sigma).mean().item(),
-                "clip_fraction": clipped.float().mean().item(),
-                "grad_norm": norm.item(),
-            }
+            kl = kl_divergence(part["means"], mean, sigma).mean()
+            return torch.stack([for_policy, for_value, kl, clipped.float().mean(), norm])
 
     @torch.no_grad()
     def _batch(self, rollouts: list[Rollout]) -> dict[str, torch.Tensor]:
         """Return the samples of all rollouts as flat tensors, with advantages and value targets."""
         parts = [self._samples(rollout) for rollout in rollouts]
-        # A copy: what Ray shares may not be written to.
-        batch = {name: torch.from_numpy(np.concat([part[name] for part in parts], dtype=np.float32)) for name in parts[0]}
+        batch = {name: torch.concat([part[name] for part in parts]) for name in parts[0]}
         advantages = batch["advantages"]
         batch["advantages"] = (advantages - advantages.mean()) / (advantages.std() + 1e-8)
         return batch
 
-    def _samples(self, rollout: Rollout) -> dict[str, np.ndarray]:
+    def _samples(self, rollout: Rollout) -> dict[str, torch.Tensor]:
         """Return the samples (T * N, ...) of a rollout."""
         gamma, lam = self.config.gamma, self.config.gae_lambda
-        next_values = np.concat([rollout.values[1:], rollout.last_values[None]])
-        next_values[rollout.terminated] = 0.0
-        next_values[rollout.truncated] = rollout.truncated_values
         # Values are learnt as the discounted mean reward of a step, so that their size does not depend on gamma.
         rewards = (1.0 - gamma) * rollout.rewards if gamma < 1.0 else rollout.rewards
-        advantages = gae(rewards, rollout.values, next_values, rollout.terminated | rollout.truncated, gamma, lam)
+        advantages = gae(rewards, rollout.values, rollout.next_values, rollout.ended, gamma, lam)
         arrays = {
             **{name: getattr(rollout, name) for name in ("observations", "actions", "means", "log_probs", "values")},
             "advantages": advantages,
             "targets": advantages + rollout.values,
         }
-        return {name: array.reshape(rollout.samples, *array.shape[2:]) for name, array in arrays.items()}
+        return {name: array.flatten(0, 1) for name, array in arrays.items()}
 
     def get_state(self) -> dict[str, Any]:
         """Return everything that the next update depends on beside the rollouts."""

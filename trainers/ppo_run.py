@@ -10,11 +10,10 @@ from trainers.checkpoint import Checkpoints
 from trainers.model_selection import CHOSEN_BY, ModelSelection
 from trainers.motions import PreparedMotions
 from trainers.ppo_config import PpoConfig
-from trainers.ppo_learner import PpoLearner
 from trainers.ppo_log import PpoLog
 from trainers.progress import Clock
 from trainers.ray_cluster import LearnerLostError
-from trainers.remote_learner import RemoteLearner, RolloutsLostError
+from trainers.remote_learner import Learner, RemoteLearner, RolloutsLostError
 from trainers.rollout_pool import RolloutPool
 
 LEARNERS = 3  # that may be lost in a row, without an iteration between them
@@ -29,7 +28,7 @@ class PpoRun:
         motions: PreparedMotions,
         folder: Path,
         log: PpoLog,
-        learner: PpoLearner | RemoteLearner,
+        learner: Learner,
         pool: RolloutPool,
     ) -> None:
         """Begin at the beginning.

@@ -105,3 +105,6 @@ class RemoteLearner:
             return self._cluster.ray.get(reference)
         except (errors.RayActorError, errors.NodeDiedError, errors.WorkerCrashedError) as error:
             raise LearnerLostError(str(error).splitlines()[0]) from error
+
+
+Learner = PpoLearner | RemoteLearner  # whoever learns in a run

@@ -1,8 +1,11 @@
 """The arrays of one rollout, as a collector hands them to the learner."""
 
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
+import torch
+
+from datasets.rotation import Array, namespace
 
 
 class RolloutReport(NamedTuple):
@@ -28,6 +31,8 @@ class RolloutReport(NamedTuple):
 class Rollout(NamedTuple):
     """T steps of N worlds, and what ended among them; whatever the policy said of them, so that nobody asks it twice.
 
+    Arrays of NumPy, which Ray hands over without copies, or tensors on the learner's device.
+
     Attributes:
         observations: Before each step, shape (T, N, O).
         actions: As sampled, before the env clips them, shape (T, N, A).
@@ -37,25 +42,24 @@ class Rollout(NamedTuple):
         rewards: Shape (T, N).
         terminated: Shape (T, N).
         truncated: Shape (T, N).
-        truncated_values: Of the true last observations of the truncated episodes in order of (t, n), shape (K,).
-        last_values: Of the observations after the last step, shape (N,).
+        next_values: Of the true observation after each step: 0 where it terminated the episode, and not the next episode's first one where
+            it truncated it, shape (T, N).
         instants: Features of the bodies before each step and after the last, shape (T + 1, N, 118); empty without ``learner.style``.
         episodes: Tracking metrics of the episodes that ended, each of shape (E,).
         reward_terms: Mean of each term of the reward.
         physics_failures: Worlds in which physics failed.
     """
 
-    observations: np.ndarray
-    actions: np.ndarray
-    means: np.ndarray
-    log_probs: np.ndarray
-    values: np.ndarray
-    rewards: np.ndarray
-    terminated: np.ndarray
-    truncated: np.ndarray
-    truncated_values: np.ndarray
-    last_values: np.ndarray
-    instants: np.ndarray
+    observations: Array
+    actions: Array
+    means: Array
+    log_probs: Array
+    values: Array
+    rewards: Array
+    terminated: Array
+    truncated: Array
+    next_values: Array
+    instants: Array
     episodes: dict[str, np.ndarray]
     reward_terms: dict[str, float]
     physics_failures: int
@@ -63,7 +67,17 @@ class Rollout(NamedTuple):
     @property
     def samples(self) -> int:
         """Number of control steps."""
-        return self.rewards.size
+        return self.rewards.shape[0] * self.rewards.shape[1]
+
+    @property
+    def ended(self) -> Array:
+        """Whether each step was an episode's last, shape (T, N)."""
+        return namespace(self.terminated).logical_or(self.terminated, self.truncated)
+
+    def on(self, device: torch.device) -> Self:
+        """Return the rollout as tensors on a device; arrays are copied, for what Ray shares may not be written to."""
+        arrays = {name: torch.tensor(part, device=device) for name, part in self._asdict().items() if isinstance(part, np.ndarray)}
+        return self._replace(**arrays)
 
     def report(self, seconds: float) -> RolloutReport:
         """Return what there is to tell of a rollout that took so long."""

@@ -88,14 +88,17 @@ class RolloutActor:
                     terms[key] = terms.get(key, 0.0) + float(value.mean()) / self._horizon
             self._observation = after
             instants += self._instant()
+        last_values = self.policy.value(torch.from_numpy(self._observation)).numpy()
+        next_values = np.concat([steps["values"][1:], last_values[None]])
+        next_values[steps["terminated"]] = 0.0
+        next_values[steps["truncated"]] = self.policy.value(torch.from_numpy(np.concat(cut_short))).numpy()
         return Rollout(
             **steps,
-            truncated_values=self.policy.value(torch.from_numpy(np.concat(cut_short))).numpy(),
-            last_values=self.policy.value(torch.from_numpy(self._observation)).numpy(),
+            next_values=next_values,
             instants=np.array(instants),
             episodes={name: np.concat([np.zeros(0), *found]) for name, found in episodes.items()},
             reward_terms=terms,
-            physics_failures=self.env.physics_failures - failures,
+            physics_failures=int(self.env.physics_failures - failures),
         )
 
     def is_ready(self) -> bool:

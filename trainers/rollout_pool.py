@@ -1,10 +1,11 @@
-"""Who collects: one collector in the learner's process, or many actors of Ray."""
+"""Who collects: one collector in the learner's process, on its device or on the CPU, or many actors of Ray."""
 
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from datasets.motion_library import MotionLibrary
+from trainers.device_collector import DeviceCollector
 from trainers.ppo_config import PpoConfig
 from trainers.rollout import RolloutReport
 from trainers.rollout_actor import RolloutActor
@@ -54,7 +55,10 @@ class LocalPool:
             library: Training clips.
             clip_weights: How often each clip is drawn, shape (clips,).
         """
-        self._collector = RolloutActor(config, 0, 0, library.clips, library.arrays(), library.fps, clip_weights)
+        if config.physics == "warp":
+            self._collector: RolloutActor | DeviceCollector = DeviceCollector(config, library, clip_weights)
+        else:
+            self._collector = RolloutActor(config, 0, 0, library.clips, library.arrays(), library.fps, clip_weights)
 
     def collect(self, weights: dict[str, np.ndarray], sigma: float, assist: float = 0.0) -> Collected:
         """Return one rollout."""

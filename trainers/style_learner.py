@@ -20,13 +20,14 @@ LEARNING_RATE = 1e-4
 class StyleLearner:
     """Owns the discriminator, its optimiser and the random order of its samples."""
 
-    def __init__(self, weight: float, seed: int, library: MotionLibrary) -> None:
+    def __init__(self, weight: float, seed: int, library: MotionLibrary, device: torch.device) -> None:
         """Build the discriminator.
 
         Args:
             weight: Of the style reward beside the env's.
             seed: Of the samples drawn.
             library: Training clips; those that suits recorded are not looked at, the clean ones behind them are clips themselves.
+            device: Where rollouts are.
 
         Raises:
             InputError: If there is no clean clip.
@@ -34,9 +35,9 @@ class StyleLearner:
         clean = [clip for clip in library.clips if clip.system not in FAULTY_SYSTEMS]
         if not clean:
             raise InputError("learner.style compares with clean motion, but data.motions holds recordings of IMU suits only; set it to 0")
-        self._weight, self._library = weight, library
+        self._weight, self._library, self._device = weight, library, device
         self._rows = np.concat([np.arange(clip.start, clip.start + clip.frames - FRAMES_PER_STEP) for clip in clean])
-        self.discriminator = Discriminator()
+        self.discriminator = Discriminator().to(device)
         self.optimiser = torch.optim.Adam(self.discriminator.parameters(), lr=LEARNING_RATE)
         self.random = torch.Generator().manual_seed(seed)
 
@@ -44,19 +45,19 @@ class StyleLearner:
         """Return rollouts with the style rewards added, and diagnostics by name; then learn from the rollouts."""
         transitions, styles = zip(*map(self._look, rollouts), strict=True)
         judged = [one._replace(rewards=one.rewards + self._weight * style) for one, style in zip(rollouts, styles, strict=True)]
-        reward = float(np.mean([style.mean() for style in styles]))
+        reward = float(np.mean([style.mean().item() for style in styles]))
         return judged, {"style_reward": reward, **self._learn(torch.concat(transitions))}
 
     @torch.no_grad()
-    def _look(self, rollout: Rollout) -> tuple[torch.Tensor, np.ndarray]:
+    def _look(self, rollout: Rollout) -> tuple[torch.Tensor, torch.Tensor]:
         """Return the transitions within episodes (M, 236), and the style reward of every step (T, N).
 
         That of an episode's last step is 0: the bodies after it are the next episode's.
         """
-        within = ~(rollout.terminated | rollout.truncated)
-        transitions = torch.from_numpy(np.concat([rollout.instants[:-1], rollout.instants[1:]], axis=-1)[within])
-        style = np.zeros_like(rollout.rewards)
-        style[within] = style_reward(self.discriminator(transitions)).numpy()
+        within = ~rollout.ended
+        transitions = torch.concat([rollout.instants[:-1], rollout.instants[1:]], dim=-1)[within]
+        style = torch.zeros_like(rollout.rewards)
+        style[within] = style_reward(self.discriminator(transitions))
         return transitions, style
 
     def _learn(self, agent: torch.Tensor) -> dict[str, float]:
@@ -64,7 +65,7 @@ class StyleLearner:
         order = torch.randperm(len(agent), generator=self.random)
         scores = []
         for begin in range(0, len(order), BATCH):
-            picked = order[begin : begin + BATCH]
+            picked = order[begin : begin + BATCH].to(self._device)
             real = self._draw(len(picked))
             self.discriminator.normaliser.update(real)
             loss, of_real, of_agent = self.discriminator.loss(real, agent[picked])
@@ -79,7 +80,7 @@ class StyleLearner:
         """Return random transitions (count, 236) of the clean clips, all frames alike."""
         rows = self._rows[torch.randint(len(self._rows), (count,), generator=self.random).numpy()]
         instants = [instant_features(self._library.at(at).rewarded) for at in (rows, rows + FRAMES_PER_STEP)]
-        return torch.from_numpy(np.concat(instants, axis=1))
+        return torch.from_numpy(np.concat(instants, axis=1)).to(self._device)
 
     def get_state(self) -> dict[str, Any]:
         """Return everything that the next judgement depends on beside the rollouts."""

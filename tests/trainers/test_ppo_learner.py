@@ -54,14 +54,13 @@ def test_targets_by_hand(tiny: PpoConfig) -> None:
         rewards=np.array([[2, 4], [6, 8]], np.float32),
         terminated=ended,
         truncated=cut,
-        truncated_values=np.array([3], np.float32),
-        last_values=np.array([8, 10], np.float32),
+        next_values=np.array([[3, 6], [8, 0]], np.float32),
         instants=np.zeros(0),
         episodes={},
         reward_terms={},
         physics_failures=0,
     )
-    batch = learner_of(tiny)._batch([rollout])
+    batch = learner_of(tiny)._batch([rollout.on(torch.device("cpu"))])
     assert batch["targets"].tolist() == pytest.approx([2.5, 5.0, 7.0, 4.0])
     # Advantages are targets less values: 1.5, 3, 3, -2, of mean 1.375; squares about it 0.0156 + 2 * 2.6406 + 11.3906 = 16.6875, a third of
     # which is 5.5625, the square of 2.3585.
@@ -76,9 +75,11 @@ def test_the_collector_says_what_the_policy_would_say(tiny: PpoConfig) -> None:
         last = learner.policy.value(torch.from_numpy(np.concat(cut_short)))
     np.testing.assert_allclose(rollout.means, means, atol=1e-5)
     np.testing.assert_allclose(rollout.values, values, atol=1e-5)
-    assert rollout.truncated_values.shape == (rollout.truncated.sum(),)
     assert rollout.truncated.sum() > 0
-    np.testing.assert_allclose(rollout.truncated_values, last, atol=1e-5)
+    np.testing.assert_allclose(rollout.next_values[rollout.truncated], last, atol=1e-5)
+    within = ~rollout.ended[:-1]
+    np.testing.assert_allclose(rollout.next_values[:-1][within], values[1:][within], atol=1e-5)
+    assert (rollout.next_values[rollout.terminated] == 0.0).all()
 
 
 def test_a_rollout_goes_on_where_the_last_one_ended(tiny: PpoConfig) -> None:
@@ -86,7 +87,8 @@ def test_a_rollout_goes_on_where_the_last_one_ended(tiny: PpoConfig) -> None:
     actor = RolloutActor(tiny, 0, 0, library.clips, library.arrays(), library.fps, np.ones(1))
     weights = learner_of(tiny).weights()
     first, second = (actor.collect(weights, 0.1, 0.0) for _ in range(2))
-    np.testing.assert_allclose(first.last_values, second.values[0], atol=1e-5)
+    assert not first.ended[-1].any()
+    np.testing.assert_allclose(first.next_values[-1], second.values[0], atol=1e-5)
 
 
 def test_what_ray_shares_is_not_written_to(tiny: PpoConfig) -> None:

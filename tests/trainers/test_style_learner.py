@@ -17,6 +17,8 @@ from trainers.rollout import Rollout
 from trainers.rollout_actor import RolloutActor
 from trainers.style_learner import StyleLearner
 
+CPU = torch.device("cpu")
+
 
 def quickening(name: str, system: str, acceleration: float) -> BodyMotion:
     """Return a T-pose that glides ever faster for a second."""
@@ -29,7 +31,7 @@ def rollout(instants: np.ndarray, ended: np.ndarray) -> Rollout:
     """Return a rollout whose rewards are all 2 and whose other arrays hold nothing."""
     steps, none = np.full(ended.shape, 2.0, np.float32), np.zeros(0)
     never = np.zeros_like(ended)
-    return Rollout(none, none, none, none, none, steps, ended, never, none, none, instants, {}, {}, 0)
+    return Rollout(none, none, none, none, none, steps, ended, never, none, instants, {}, {}, 0).on(CPU)
 
 
 def collected(config: PpoConfig, weight: float) -> Rollout:
@@ -43,7 +45,7 @@ def test_real_transitions_are_a_control_step_of_one_clean_clip() -> None:
     # At 3 m/s^2 a control step of 1/30 s adds 0.1 m/s; at a clip's ends velocities are one-sided, 3 / 120 = 0.025 off.
     # From one clip's end to the next one's beginning it would be -3; the suit's clip would add 0.5.
     clips = [quickening("a", "optical", 3.0), quickening("a_suit", "imu_suit", 15.0), quickening("b", "synthetic", 3.0)]
-    drawn = StyleLearner(1.0, 0, MotionLibrary.of(clips))._draw(2000)
+    drawn = StyleLearner(1.0, 0, MotionLibrary.of(clips), CPU)._draw(2000)
     assert drawn.shape == (2000, 2 * INSTANT_SIZE)
     gained = drawn[:, INSTANT_SIZE + 57] - drawn[:, 57]
     assert gained.numpy() == pytest.approx(0.1, abs=0.03)
@@ -51,7 +53,7 @@ def test_real_transitions_are_a_control_step_of_one_clean_clip() -> None:
 
 def test_rewards_are_added_within_episodes() -> None:
     # A network that says 1 to everything earns 1 a step, half of it by the weight: 2.5. World 1 ends in the first step: 2.
-    style = StyleLearner(0.5, 0, MotionLibrary.of([standing("one", "ann")]))
+    style = StyleLearner(0.5, 0, MotionLibrary.of([standing("one", "ann")]), CPU)
     for parameter in style.discriminator.parameters():
         torch.nn.init.zeros_(parameter)
     torch.nn.init.ones_(list(style.discriminator.parameters())[-1])
@@ -64,7 +66,7 @@ def test_rewards_are_added_within_episodes() -> None:
 
 def test_an_agent_unlike_people_earns_less_and_less() -> None:
     torch.manual_seed(0)
-    style = StyleLearner(1.0, 0, MotionLibrary.of([quickening("a", "optical", 3.0)]))
+    style = StyleLearner(1.0, 0, MotionLibrary.of([quickening("a", "optical", 3.0)]), CPU)
     strange = np.random.default_rng(0).normal(size=(9, 16, INSTANT_SIZE)).astype(np.float32)
     told = [style.judge([rollout(strange, np.zeros((8, 16), bool))])[1] for _ in range(80)]
     assert told[0]["style_reward"] > 0.5
@@ -74,14 +76,14 @@ def test_an_agent_unlike_people_earns_less_and_less() -> None:
 
 def test_only_recordings_of_suits_are_refused() -> None:
     with pytest.raises(InputError, match="recordings of IMU suits only"):
-        StyleLearner(1.0, 0, MotionLibrary.of([quickening("a", "imu", 1.0)]))
+        StyleLearner(1.0, 0, MotionLibrary.of([quickening("a", "imu", 1.0)]), CPU)
 
 
 def test_rollouts_are_the_same_with_and_without_style(tiny: PpoConfig) -> None:
     off, on = collected(tiny, 0.0), collected(tiny, 0.5)
     assert off.instants.size == 0
     assert on.instants.shape == (9, 4, INSTANT_SIZE)
-    for name in ("observations", "actions", "rewards", "terminated", "truncated", "last_values"):
+    for name in ("observations", "actions", "rewards", "terminated", "truncated", "next_values"):
         np.testing.assert_array_equal(getattr(off, name), getattr(on, name), err_msg=name)
     # Where no world began anew, pelvises move a little in 1/30 s and stand where the T-pose's does.
     assert on.instants[:2, :, 117] == pytest.approx(0.94, abs=0.05)

@@ -1,0 +1,33 @@
+"""On which device tensors live and networks learn."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import torch
+
+from configs.errors import InputError
+
+
+def device_of(name: str) -> torch.device:
+    """Return a config's device: "cpu", "cuda", or "auto", the GPU where there is one.
+
+    Raises:
+        InputError: If there is no GPU, but one is asked for.
+    """
+    there = torch.cuda.is_available()
+    if name == "cuda" and not there:
+        raise InputError("device is 'cuda', but torch finds no GPU here; should be cpu, or auto, which takes what there is")
+    return torch.device("cuda" if there and name != "cpu" else "cpu")
+
+
+@contextmanager
+def quick_products(device: torch.device) -> Iterator[None]:
+    """Let a GPU multiply matrices on its tensor cores, several times as quick, with 10 bits of each factor: for networks, nothing else."""
+    if device.type != "cuda":
+        yield
+        return
+    torch.set_float32_matmul_precision("high")
+    try:
+        yield
+    finally:
+        torch.set_float32_matmul_precision("highest")
