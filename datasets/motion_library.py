@@ -16,6 +16,9 @@ from datasets.rotation import Array, conjugate, heading, rotate, skew, to_matrix
 
 # Where three hinges in series come near gimbal lock their speeds have no bound; no human joint turns faster than this.
 MAX_HINGE_SPEED = 20.0  # rad/s
+# A start whose lowest point is in the ground, or this close to it, is moved until it is this deep in it: whether 0 is contact an engine
+# would decide by its rounding, and whether a foot is held from the first engine step on or from the second, whether a weak body falls.
+TOUCH = 1e-4  # m
 
 
 class Observed(NamedTuple):
@@ -114,8 +117,8 @@ class MotionLibrary:
         clips: What is known of each clip.
         table: All frames of all clips, everything of a frame in one row, so that a look-up touches memory once for each
             world, shape (F, W).
-        start_pose: Generalised positions to start from: root position, lifted out of the ground, and rotation, then
-            the hinges, shape (F, 50).
+        start_pose: Generalised positions to start from: root position, lifted until nothing is in the ground but to touch it, and
+            rotation, then the hinges, shape (F, 50).
         start_vel: Generalised velocities: root linear in the world and angular in the body, then hinges, shape (F, 49).
         fps: Frames per second of every clip.
         feed_forward: Angles beside the reference's that let motors carry it, by ``envs.feed_forward`` [rad], shape (F, 43);
@@ -210,7 +213,8 @@ def _pack(motion: BodyMotion, truth: BodyMotion, paired: bool) -> dict[str, np.n
     hinges = hinge_angles(motion.local_rotations)
     hinge_vel = np.clip(linear_velocity(hinges, motion.fps), -MAX_HINGE_SPEED, MAX_HINGE_SPEED)
     yaw = heading(quat[:, 0])
-    lift = np.maximum(-lowest_points(pos, quat).min(axis=1), 0.0)
+    lowest = lowest_points(pos, quat).min(axis=1)
+    lift = np.where(lowest < TOUCH, -TOUCH - lowest, 0.0)
     root = motion.root_position + np.stack([0 * lift, 0 * lift, lift], axis=1)
     root_spin = rotate(conjugate(quat[:, 0]), angular_velocity(quat[:, 0], motion.fps))
     parts = {

@@ -13,8 +13,9 @@ from datasets.humanoid import BODY_COUNT
 from envs.humanoid_mjcf import build_model
 from envs.physics_cpu import MAX_SPEED, SUBSTEPS
 
-CONTACTS = 128  # of all worlds together, for each of them: far more than any body in motion has
-CONSTRAINTS = 256  # rows of the solver, for each world: 64 contacts, of 4 edges of friction each
+CONTACTS = 64  # for which there is room, in all worlds together, for each of them; a random policy's bodies have 12
+CONSTRAINTS = 256  # rows of the solver for which there is room in each world: 64 contacts; a random policy's bodies have up to 84 rows
+ITERATIONS = 20  # of the solver, which takes up to 9 to converge: one world that never does must not hold up thousands
 _DISABLE = mujoco.mjtDisableBit
 _STATE = ("qpos", "qvel", "ctrl", "qacc_warmstart", "xfrc_applied")
 _MEASURED = ("overflow", "xpos", "xmat", "sensordata")
@@ -37,6 +38,8 @@ class WarpPhysics:
             InputError: If mujoco-warp is not installed.
         """
         self._warp, self._engine = _libraries()
+        kinds = self._engine.OverflowType
+        self._lost = int(kinds.NEFC | kinds.NJMAX_NNZ | kinds.BROADPHASE | kinds.NARROWPHASE | kinds.CCD)  # contacts without room
         self.model = build_model()
         self.model.opt.disableflags &= ~int(_DISABLE.mjDSBL_AUTORESET)  # unknown to warp, which never does that
         self.model.opt.disableflags |= int(_DISABLE.mjDSBL_NATIVECCD)  # boxes meet boxes as on the CPU, not as any convex shapes
@@ -60,7 +63,7 @@ class WarpPhysics:
         """Advance one control step; see ``Physics.step``. A world with more contacts than there is room for has failed, too."""
         self._shared["ctrl"].copy_(targets)
         self._advance()
-        failed = ~(self._shared["qvel"].abs().amax(dim=1) < MAX_SPEED) | (self._shared["overflow"] != 0)
+        failed = ~(self._shared["qvel"].abs().amax(dim=1) < MAX_SPEED) | ((self._shared["overflow"] & self._lost) != 0)
         self._clear(failed)
         self._look()
         return failed
@@ -82,6 +85,10 @@ class WarpPhysics:
             com_vel=sensed[:, 2 * three + 3 :],
         )
 
+    def targets(self) -> torch.Tensor:
+        """Return a copy of what the motors were told last [rad], shape (N, 43)."""
+        return self._shared["ctrl"].clone()
+
     def get_state(self) -> dict[str, torch.Tensor]:
         """Return copies of everything that the next step depends on, by name."""
         return {name: self._shared[name].clone() for name in _STATE}
@@ -97,6 +104,9 @@ class WarpPhysics:
         model = self._engine.put_model(self.model)
         model.opt.disableflags |= int(disabled)
         model.opt.warn_overflow = 0  # no lines from the GPU: failed worlds are counted by the env
+        model.opt.iterations = ITERATIONS
+        if self.device.type == "cuda":
+            model.opt.graph_conditional = self._warp.is_conditional_graph_supported()  # since CUDA 12.4; without, all iterations are run
         return model
 
     def _step(self) -> None:

@@ -4,6 +4,8 @@ import sys
 import time
 from pathlib import Path
 
+import torch
+
 from configs.errors import InputError
 from configs.load import save_config
 from envs.physics_warp import check_installed
@@ -26,12 +28,16 @@ def train(config: PpoConfig, resume: bool) -> Path:
     log = PpoLog(folder, make_console(), config)
     if resume and load_newest(folder / "checkpoints") is None:
         raise InputError(f"there is no checkpoint to resume in {folder}/checkpoints; start without --resume")
-    _check_machine(config)
+    device = _device(config)
     make_folder(Path(config.runs_dir))  # before minutes are spent
     motions = prepare_motions(config.data, Path(config.runs_dir) / "cache", log.say)
     if not resume:
         move_aside(folder, log.say)
     make_folder(folder)
+    if config.physics == "warp":
+        log.say(f"worlds, policy and learner on {device}; compiling the engine, which takes minutes the first time on a machine")
+        if config.collect.actors:
+            log.say(f"collect.actors={config.collect.actors} is not looked at: with physics=warp this process collects")
     with crew(config, motions.training, motions.weights, log.say) as (learner, pool):
         run = PpoRun(config, motions, folder, log, learner, pool)
         if resume:
@@ -54,12 +60,11 @@ def train(config: PpoConfig, resume: bool) -> Path:
     return folder
 
 
-def _check_machine(config: PpoConfig) -> None:
-    """Raise an InputError, before minutes are spent, if this machine lacks what the config asks for."""
-    if not config.ray.address:
-        device_of(config.device)
+def _device(config: PpoConfig) -> torch.device:
+    """Return where the policy learns; raise an InputError, before minutes are spent, if this machine lacks what the config asks for."""
     if config.physics == "warp":
         check_installed()
+    return device_of("auto" if config.ray.address else config.device)  # a cluster's learner finds its own
 
 
 def main(arguments: list[str] | None = None) -> int:

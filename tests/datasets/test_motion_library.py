@@ -97,9 +97,10 @@ def test_start_state_is_what_the_engine_asks_for() -> None:
 
 
 def test_start_is_lifted_out_of_the_ground_and_the_reference_is_not() -> None:
-    # Soles 0.05 under the ground: the start stands on it. Soles 0.05 over it: the start stays there.
-    low, high = (MotionLibrary.of([turned(np.zeros(3), STANDING + off)]) for off in (-0.05, 0.05))
-    assert low.start_pose[0, 2] == pytest.approx(STANDING)
+    # Soles 0.05 under the ground, or on it: the start stands on it, 0.1 mm in it. Soles 0.05 over it: the start stays there.
+    low, level, high = (MotionLibrary.of([turned(np.zeros(3), STANDING + off)]) for off in (-0.05, 0.0, 0.05))
+    assert level.start_pose[0, 2] == pytest.approx(STANDING - 1e-4)
+    assert low.start_pose[0, 2] == pytest.approx(STANDING - 1e-4)
     assert low.at(np.array([0])).observed.pos[0, 0, 2] == pytest.approx(STANDING - 0.05)
     assert high.start_pose[0, 2] == pytest.approx(STANDING + 0.05)
 

@@ -39,20 +39,9 @@ def same(one: dict, other: dict) -> None:
             np.testing.assert_array_equal(value, other[key], err_msg=key)
 
 
-def test_a_run_leaves_its_files(tiny: PpoConfig) -> None:
-    folder = ppo.train(tiny, resume=False)
-    assert (folder / "config.yaml").is_file()
-    assert list(folder.glob("events.out.tfevents.*"))
-    policy, card = Policy.load(folder / "best" / "policy.safetensors")
-    assert policy.act(np.zeros((5, 273), np.float32)).shape == (5, 20)
-    assert card["clips"] != ["one", "two"]  # one performer is held out
-    assert final_state(folder)["clock"]["samples"] == 6 * 32
-
-
-@pytest.mark.parametrize("style", [0.0, 0.5])
-def test_resumed_equals_uninterrupted(style: float, tiny: PpoConfig, monkeypatch: pytest.MonkeyPatch) -> None:
-    tiny = replace(tiny, learner=replace(tiny.learner, style=style))
-    whole = ppo.train(replace(tiny, name="whole"), resume=False)
+def whole_and_in_parts(config: PpoConfig, monkeypatch: pytest.MonkeyPatch) -> tuple[Path, Path]:
+    """Return the folders of a run, and of the same stopped after four iterations and resumed."""
+    whole = ppo.train(replace(config, name="whole"), resume=False)
 
     class StopAfterFour(ppo.Stop):
         def __init__(self, say: Callable[[str], None]) -> None:
@@ -66,9 +55,25 @@ def test_resumed_equals_uninterrupted(style: float, tiny: PpoConfig, monkeypatch
 
     with monkeypatch.context() as patch:
         patch.setattr(ppo, "Stop", StopAfterFour)
-        parts = ppo.train(replace(tiny, name="parts"), resume=False)
+        parts = ppo.train(replace(config, name="parts"), resume=False)
     assert final_state(parts)["clock"]["iteration"] == 4
-    ppo.train(replace(tiny, name="parts"), resume=True)
+    return whole, ppo.train(replace(config, name="parts"), resume=True)
+
+
+def test_a_run_leaves_its_files(tiny: PpoConfig) -> None:
+    folder = ppo.train(tiny, resume=False)
+    assert (folder / "config.yaml").is_file()
+    assert list(folder.glob("events.out.tfevents.*"))
+    policy, card = Policy.load(folder / "best" / "policy.safetensors")
+    assert policy.act(np.zeros((5, 273), np.float32)).shape == (5, 20)
+    assert card["clips"] != ["one", "two"]  # one performer is held out
+    assert final_state(folder)["clock"]["samples"] == 6 * 32
+
+
+@pytest.mark.parametrize("style", [0.0, 0.5])
+def test_resumed_equals_uninterrupted(style: float, tiny: PpoConfig, monkeypatch: pytest.MonkeyPatch) -> None:
+    tiny = replace(tiny, learner=replace(tiny.learner, style=style))
+    whole, parts = whole_and_in_parts(tiny, monkeypatch)
     same(final_state(whole), final_state(parts))
     best = [Policy.load(folder / "best" / "policy.safetensors")[0].state_dict() for folder in (whole, parts)]
     same({name: tensor.numpy() for name, tensor in best[0].items()}, {name: tensor.numpy() for name, tensor in best[1].items()})

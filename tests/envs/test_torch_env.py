@@ -1,0 +1,160 @@
+"""The vector env of tensors: resets, seeds, broken actions, and that it never waits for its device."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from torch.utils._python_dispatch import TorchDispatchMode
+
+from datasets.motion_library import MotionLibrary
+from envs.mimic_spec import MimicSpec
+from envs.torch_env import AdaptMimicTorchEnv
+from envs.vector_env import AdaptMimicVectorEnv
+from tests.envs.devices import DEVICES
+
+WAITS = ("_local_scalar_dense", "nonzero", "masked_select", "unique", "is_nonzero", "equal")  # operations whose result the host needs
+STROLL = [1] * 4  # a clip of 90 frames
+
+
+def env_of(library: MotionLibrary, device: torch.device, **spec: Any) -> AdaptMimicTorchEnv:
+    return AdaptMimicTorchEnv(library, 4, MimicSpec(**spec), device, adaptive_starts=True)
+
+
+def actions(env: AdaptMimicTorchEnv, seed: int, steps: int) -> torch.Tensor:
+    random = torch.Generator().manual_seed(seed)
+    return (torch.rand((steps, env.num_envs, env.task.action_size), generator=random) - 0.5).to(env.device)
+
+
+def play(env: AdaptMimicTorchEnv, seed: int, steps: int = 20) -> list[torch.Tensor]:
+    return [part for action in actions(env, seed, steps) for part in env.step(action)[:4]]
+
+
+class Listener(TorchDispatchMode):
+    """Notes operations that wait for the device: of which a value or a size depends on what is there."""
+
+    def __init__(self) -> None:  # noqa: D107
+        super().__init__()
+        self.waits: list[str] = []
+
+    def __torch_dispatch__(self, func: Any, types: Any, args: Any = (), kwargs: Any = None) -> Any:  # noqa: D105
+        name = func.overloadpacket.__name__
+        by_mask = name == "index" and any(index is not None and index.dtype == torch.bool for index in args[1])
+        if name in WAITS or by_mask:
+            self.waits.append(name)
+        return func(*args, **(kwargs or {}))
+
+
+@DEVICES
+@pytest.mark.parametrize("configuration", ["adapt", "drecon"])
+def test_a_step_never_waits_for_the_device(library: MotionLibrary, device: torch.device, configuration: str) -> None:
+    everything = {"com_error": True, "com_height": True, "preview": (1, 3), "feed_forward": True, "foot_slip": 0.1, "action_rate": 0.1}
+    env = env_of(library, device, configuration=configuration, frame="heading", **everything)
+    env.reset(seed=0)
+    env.assist = 0.2
+    taken = actions(env, 0, 3)
+    env.step(taken[0])  # constants find their way to the device
+    with Listener() as listener:
+        ended = [env.step(action)[2] for action in taken[1:]]
+    assert listener.waits == []
+    with Listener() as listener:
+        assert not bool(ended[0].all())
+    assert listener.waits == ["_local_scalar_dense"]  # it does listen
+
+
+@DEVICES
+def test_the_end_of_a_clip_truncates_and_begins_anew(library: MotionLibrary, device: torch.device) -> None:
+    # From frame 80 of 90 there are 9 frames to the last one: four control steps, all of which are survived.
+    env = env_of(library, device)
+    env.reset(seed=0, options={"clip": STROLL, "frame": [80, 80, 40, 80]})
+    nothing = torch.zeros((4, 20), device=device)
+    for _ in range(3):
+        _, _, terminated, truncated, _ = env.step(nothing)
+        assert not (terminated | truncated).any()
+    observation, _, terminated, truncated, info = env.step(nothing)
+    assert not terminated.any()
+    assert truncated.tolist() == [True, True, False, True]
+    assert info["_tracking"].tolist() == [True, True, False, True]
+    assert info["tracking"]["episode_length_ratio"][0].item() == 1.0
+    assert info["tracking"]["sr90"][[0, 1, 3]].tolist() == [1.0, 1.0, 1.0]
+    changed = (observation - info["final_obs"]).abs().amax(dim=1) > 0.0
+    assert changed.tolist() == [True, True, False, True]
+    assert env.rows[2].item() == 480 + 40 + 8  # behind the first clip's 480 frames
+    assert (env._action[[0, 1, 3]] == 0.0).all()
+
+
+@DEVICES
+def test_seed_determines_everything(library: MotionLibrary, device: torch.device) -> None:
+    env = env_of(library, device)
+    first, _ = env.reset(seed=7)
+    one = play(env, 0, 40)
+    again, _ = env.reset(seed=7)
+    assert torch.equal(first, again)
+    assert all(torch.equal(a, b) for a, b in zip(one, play(env, 0, 40), strict=True))
+    assert not torch.equal(first, env.reset(seed=8)[0])
+
+
+@DEVICES
+def test_an_action_that_is_no_number_fails_its_world_alone(library: MotionLibrary, device: torch.device) -> None:
+    sound, harmed = env_of(library, device, action_rate=0.1), env_of(library, device, action_rate=0.1)
+    for env in (sound, harmed):
+        env.reset(seed=0, options={"clip": [0] * 4, "frame": [10, 20, 30, 40]})
+    action = actions(sound, 0, 1)[0]
+    broken = action.clone()
+    broken[2, 5] = torch.nan
+    seen, rewards, *_ = sound.step(action)
+    seen_too, rewards_too, terminated, truncated, info = harmed.step(broken)
+    assert terminated.tolist() == [False, False, True, False]
+    assert not truncated.any()
+    assert info["physics_failed"].tolist() == [False, False, True, False]
+    assert harmed.physics_failures.item() == 1
+    assert rewards_too.isfinite().all()
+    others = [0, 1, 3]
+    assert torch.equal(seen[others], seen_too[others])
+    assert torch.equal(rewards[others], rewards_too[others])
+    assert info["reward/discount"][2].item() == 0.0
+    # It goes on as if nothing had been.
+    observation, rewards, *_ = harmed.step(action)
+    assert observation.isfinite().all()
+    assert rewards.isfinite().all()
+    assert harmed.physics_failures.item() == 1
+
+
+@DEVICES
+def test_a_state_goes_on_as_it_would_have(library: MotionLibrary, device: torch.device) -> None:
+    env, other = env_of(library, device), env_of(library, device)
+    env.reset(seed=3)
+    other.reset(seed=4)
+    play(env, 0)
+    state = env.get_state()
+    assert all(isinstance(value, np.ndarray | int) for value in state.values())
+    other.set_state(state)
+    assert all(torch.equal(a, b) for a, b in zip(play(env, 1, 40), play(other, 1, 40), strict=True))
+    assert other.physics_failures.item() == env.physics_failures.item()
+
+
+@DEVICES
+def test_the_invisible_hand_leads_as_on_the_cpu(library: MotionLibrary, device: torch.device) -> None:
+    starts = {"clip": [0, 0, 1, 1], "frame": [10, 300, 20, 40]}
+    ours, other = AdaptMimicVectorEnv(library, 4), env_of(library, device)
+    for env in (ours, other):
+        env.reset(options=starts)
+        env.assist = 0.5
+    without = AdaptMimicVectorEnv(library, 4)
+    without.reset(options=starts)
+    nothing = np.zeros((4, 20), np.float32)
+    seen = [env.step(nothing)[0] for env in [ours] * 5][-1]
+    unled = [env.step(nothing)[0] for env in [without] * 5][-1]
+    seen_too = [env.step(torch.tensor(nothing, device=device))[0] for env in [other] * 5][-1]
+    assert np.abs(seen - seen_too.cpu().numpy()).max() < 5e-3
+    assert np.abs(seen - unled).max() > 0.05
+
+
+@DEVICES
+def test_every_world_learns_where_to_start(library: MotionLibrary, device: torch.device) -> None:
+    env = env_of(library, device)
+    env.reset(seed=0, options={"clip": STROLL, "frame": [0, 0, 0, 0]})
+    assert (env.starts.failure_rate == 1.0).all()
+    for action in torch.zeros((44, 4, 20), device=device):
+        env.step(action)
+    assert (env.starts.failure_rate < 1.0).any()
