@@ -1,9 +1,14 @@
-# make install | make train | make test | make check: each first creates .venv and installs into it where that has not been done.
+# make install | make train | make test | make check | make gpu: each first creates .venv and installs into it where that has not been done.
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 INSTALLED := .venv/installed
 
-.PHONY: install train test check
+# Of make gpu: what is trained on, for how long, and on what the policy is held against the package's.
+MOTIONS ?= synthetic
+MINUTES ?= 25
+TESTED ?= synthetic
+
+.PHONY: install train test check gpu
 
 install: $(INSTALLED)
 
@@ -17,6 +22,15 @@ check: $(INSTALLED)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright --pythonpath $(BIN)/python
+
+# Everything that takes a GPU, in one go: tests, agreement with the CPU, speed, a training, and its policy beside the package's on the CPU.
+gpu: $(INSTALLED)
+	$(BIN)/python -m pytest -m gpu
+	$(BIN)/python -m eval.backends --device cuda
+	$(BIN)/python -m eval.benchmark worlds --json runs/gpu_worlds.json
+	$(BIN)/python -m trainers.ppo --config configs/gpu.yaml device=cuda data.motions=$(MOTIONS) minutes=$(MINUTES)
+	$(BIN)/python -m eval.report --run runs/gpu --motions $(TESTED) --out report/gpu
+	$(BIN)/python -m eval.report --run agents/weights/mimic.safetensors --motions $(TESTED) --out report/package
 
 $(INSTALLED): pyproject.toml constraints.txt
 	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || \

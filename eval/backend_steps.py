@@ -18,7 +18,7 @@ ALIKE, SUNK, TOUCHING = "alike", "sunk", "touching"
 KINDS = {
     ALIKE: "neither of the below",
     SUNK: "a box has corners of its upper half in the ground: MuJoCo takes the lower four, mujoco-warp all of them",
-    TOUCHING: f"something touches within {TOUCH * 1e6:g} um, as at the start of an episode: in double precision or in single, not in both",
+    TOUCHING: f"something touches within {TOUCH * 1e6:g} um: in double precision or in single, not in both",
 }
 _CORNERS = np.stack(np.meshgrid(*[[-1.0, 1.0]] * 3), axis=-1).reshape(8, 3)
 

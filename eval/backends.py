@@ -45,7 +45,7 @@ def _run(options: argparse.Namespace) -> None:
         played = {
             name: episode_pairs(act, library, spec, options.worlds, device, lambda: progress.advance(task)) for name, act in acts.items()
         }
-    console.print(steps_table(steps, str(device)), *(f"{kind}: {why}" for kind, why in KINDS.items()), episodes_table(played, str(device)))
+    console.print(steps_table(steps, str(device)), *(f"{kind}: {why}" for kind, why in KINDS.items()), episodes_table(played, str(device)), sep="\n")
 
 
 def steps_table(found: StepDifferences, device: str) -> Table:

@@ -19,6 +19,7 @@ from eval.benchmark_live import benchmark_live
 from eval.benchmark_root import benchmark_root
 from eval.benchmark_scale import benchmark_scale
 from eval.benchmark_train import benchmark_train
+from eval.benchmark_worlds import benchmark_worlds
 from eval.files import write_whole
 from eval.speed import Speed
 
@@ -30,6 +31,7 @@ BENCHMARKS: dict[str, Callable[[str, int, Callable[[], None]], Speed]] = {
     "root": benchmark_root,
     "scale": benchmark_scale,
     "train": benchmark_train,
+    "worlds": benchmark_worlds,
 }
 
 

@@ -35,7 +35,7 @@ def benchmark_learner(motions: str, rounds: int, after_round: Callable[[], None]
         rounds: How many rounds are kept; a round takes about four seconds.
         after_round: Called after each round.
     """
-    config = load_config(PpoConfig, CONFIGS / "mixed.yaml", ["learner.target_kl=0", "collect.actors=0"])  # the same work for all
+    config = load_config(PpoConfig, CONFIGS / "mixed.yaml", ["learner.target_kl=0", "collect.actors=0", "device=cpu"])  # the same for all
     return measure_learner(config, motion_library(motions), rounds, after_round)
 
 

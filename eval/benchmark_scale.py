@@ -35,7 +35,7 @@ def benchmark_scale(motions: str, rounds: int, after_round: Callable[[], None] =
         rounds: How many rounds are kept; a round takes about seven seconds.
         after_round: Called after each round.
     """
-    overrides = ["collect.actors=1", f"collect.threads={THREADS}", f"learner.threads={THREADS}", "learner.target_kl=0"]
+    overrides = ["collect.actors=1", f"collect.threads={THREADS}", f"learner.threads={THREADS}", "learner.target_kl=0", "device=cpu"]
     return measure_scale(load_config(PpoConfig, CONFIGS / "mixed.yaml", overrides), motion_library(motions), rounds, after_round)
 
 

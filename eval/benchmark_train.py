@@ -50,7 +50,7 @@ def benchmark_train(motions: str, rounds: int, after_round: Callable[[], None] =
     """
     if find_spec("stable_baselines3") is None:
         raise InputError("the benchmark of training compares with stable-baselines3, which is not installed: pip install '.[benchmark]'")
-    config = load_config(PpoConfig, CONFIGS / "mixed.yaml", ["collect.actors=0"])
+    config = load_config(PpoConfig, CONFIGS / "mixed.yaml", ["collect.actors=0", "device=cpu"])
     return measure_train(Task(config, pair_of(motion_library(motions))), rounds, RULES, SEEDS, PEER_ENVS, after_round)
 
 

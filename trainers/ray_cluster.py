@@ -42,9 +42,20 @@ class RayCluster:
             library.clips, self.ray.put(arrays), library.fps, clip_weights
         )  # fmt: skip
 
-    def actor(self, of: type[Any], threads: int, *arguments: object) -> Any:
-        """Return an actor of a class on cores of its own; the actors of a cluster are spread over its nodes."""
-        return self.ray.remote(num_cpus=threads, scheduling_strategy="SPREAD")(of).remote(*arguments)
+    def actor(self, of: type[Any], threads: int, *arguments: object, gpus: int = 0) -> Any:
+        """Return an actor of a class on cores, and GPUs, of its own; the actors of a cluster are spread over its nodes."""
+        return self.ray.remote(num_cpus=threads, num_gpus=gpus, scheduling_strategy="SPREAD")(of).remote(*arguments)
+
+    def gpus(self, device: str) -> int:
+        """Return how many GPUs a learner on a config's device is to be given, 0 or 1.
+
+        Raises:
+            InputError: If it asks for one, and no node has any.
+        """
+        there = self.ray.cluster_resources().get("GPU", 0.0) > 0.0
+        if device == "cuda" and not there:
+            raise InputError("device is 'cuda', but no node of the cluster has a GPU; should be cpu, or auto, which takes what there is")
+        return int(there and device != "cpu")
 
     @property
     def cores(self) -> int:

@@ -60,7 +60,8 @@ class RemoteLearner:
 
     def restart(self) -> None:
         """Start another learner, with a fresh policy."""
-        self._actor = self._cluster.actor(LearnerActor, self._config.learner.threads, self._config, *self._cluster.shared)
+        gpus = self._cluster.gpus(self._config.device)
+        self._actor = self._cluster.actor(LearnerActor, self._config.learner.threads, self._config, *self._cluster.shared, gpus=gpus)
         self._weights = self._actor.weights.remote()
 
     def weights(self) -> Any:

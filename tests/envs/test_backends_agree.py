@@ -2,10 +2,10 @@
 
 Known differences of the two engines, beside single precision and a solver that stops at 1e-6 instead of 1e-8:
 
-- A box deep in the ground touches it with four corners in MuJoCo, with all that are below in mujoco-warp. In a twentieth of the steps
-  of a random policy, which stumbles; then a toe's velocity may differ by metres per second.
-- What is contact within rounding is contact in one of them only. A start that touched the ground at exactly 0 used to be one, and made
-  episodes of an unsteady policy differ by 0.02 of their length; now starts are 0.1 mm in the ground.
+- A box deep in the ground touches it with four corners in MuJoCo, with all that are below in mujoco-warp: in 3 % of the steps of a
+  random policy, which stumbles, by a median of 7e-6 and at most by a few m/s of a toe.
+- What is contact within rounding is contact in one of them only: in one step of thousands. A start that touched the ground at exactly 0
+  used to be one, and made episodes of an unsteady policy differ by 0.02 of their length; now starts are 0.1 mm in the ground.
 - Capsules that lie along each other, and friction on the verge of slipping, come out differently in one step of a few hundred.
 - Two convex shapes would meet in other points; boxes do not, because mujoco-warp is told to treat them as boxes.
 
@@ -43,7 +43,7 @@ def test_single_steps_agree(library: MotionLibrary, device: torch.device) -> Non
     # Velocities of single precision after four engine steps: 1e-4 m/s where hands move at 10 m/s.
     found = steps(library, EVERYTHING, device)
     alike = found.of(ALIKE)
-    assert len(alike.reward) > 0.85 * len(found.reward)
+    assert len(alike.reward) > 0.9 * len(found.reward)
     assert np.percentile(alike.observation, 50) < 2e-5
     assert np.percentile(alike.observation, 99) < 5e-4
     assert np.percentile(alike.reward, 99) < 1e-5

@@ -20,20 +20,26 @@ def standing(name: str, performer: str, frames: int = 240) -> BodyMotion:
     return BodyMotion(root, rotations, 60.0, name, performer, "optical", "stand")
 
 
-@pytest.fixture
-def tiny(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> PpoConfig:
-    """Return the config of a run of six iterations on two standing performers, in one process."""
-    clips = [standing("one", "ann"), standing("two", "bob", 130)]
-    monkeypatch.setattr(sources, "load_clips", lambda *_, **__: clips)
-    monkeypatch.setattr("trainers.motions.load_recordings", lambda *_, **__: [sources.Recorded(clip) for clip in clips])
+def small_run(name: str, folder: Path) -> PpoConfig:
+    """Return the config of a run of six iterations, in one process."""
     return PpoConfig(
-        name="tiny",
-        runs_dir=str(tmp_path / "runs"),
+        name=name,
+        runs_dir=str(folder),
         data=DataConfig(suit_clips=0),
         network=NetworkConfig(hidden=(16,)),
         collect=CollectConfig(actors=0, envs=4, threads=1, horizon=8),
         learner=LearnerConfig(epochs=2, minibatch=16, learning_rate=1e-3, threads=1),
+        device="cpu",
         samples=6 * 32,
         evaluate_every=3,
         checkpoint_every=2,
     )
+
+
+@pytest.fixture
+def tiny(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> PpoConfig:
+    """Return the config of a small run on two standing performers."""
+    clips = [standing("one", "ann"), standing("two", "bob", 130)]
+    monkeypatch.setattr(sources, "load_clips", lambda *_, **__: clips)
+    monkeypatch.setattr("trainers.motions.load_recordings", lambda *_, **__: [sources.Recorded(clip) for clip in clips])
+    return small_run("tiny", tmp_path / "runs")

@@ -2,24 +2,12 @@
 
 from pathlib import Path
 
+from eval.process_family import family
+
 
 def descendants(ancestor: int, title: str = "") -> list[int]:
     """Return the processes below one whose command line begins with a title, in order of their numbers."""
-    children: dict[int, list[int]] = {}
-    titles: dict[int, str] = {}
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            parent = int((folder / "stat").read_text().rpartition(")")[2].split()[1])
-            titles[int(folder.name)] = (folder / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
-        except (OSError, IndexError):
-            continue  # it has just ended
-        children.setdefault(parent, []).append(int(folder.name))
-    found, left = [], [ancestor]
-    while left:
-        below = children.get(left.pop(), [])
-        left += below
-        found += [pid for pid in below if titles[pid].startswith(title)]
-    return sorted(found)
+    return sorted(pid for pid in family(ancestor) if pid != ancestor and _title(pid).startswith(title))
 
 
 def alive(pids: list[int]) -> list[int]:
@@ -33,3 +21,11 @@ def alive(pids: list[int]) -> list[int]:
         if state != "Z":
             running.append(pid)
     return running
+
+
+def _title(pid: int) -> str:
+    """Return a process' command line; nothing if it has just ended."""
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
+    except OSError:
+        return ""

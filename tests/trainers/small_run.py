@@ -4,31 +4,23 @@ Its collectors are given up as hung after seconds instead of minutes.
 """
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from configs.command import exit_code_of
 from configs.load import load_config, save_config
 from datasets.sources import Recorded
-from tests.trainers.conftest import standing
+from tests.trainers.conftest import small_run, standing
 from trainers import motions, ppo, ray_pool
-from trainers.ppo_config import CollectConfig, DataConfig, LearnerConfig, NetworkConfig, PpoConfig
+from trainers.ppo_config import PpoConfig
 
 LATE_SECONDS, HUNG_SECONDS = 1.0, 4.0
 
 
 def small(folder: Path) -> PpoConfig:
     """Return the config of a run of 20 iterations of 64 samples, with a checkpoint after each."""
-    return PpoConfig(
-        name="small",
-        runs_dir=str(folder),
-        data=DataConfig(suit_clips=0),
-        network=NetworkConfig(hidden=(16,)),
-        collect=CollectConfig(actors=2, envs=4, threads=1, horizon=8),
-        learner=LearnerConfig(epochs=2, minibatch=16, learning_rate=1e-3, threads=1),
-        samples=20 * 64,
-        evaluate_every=100,
-        checkpoint_every=1,
-    )
+    config = small_run("small", folder)
+    return replace(config, collect=replace(config.collect, actors=2), samples=20 * 64, evaluate_every=100, checkpoint_every=1)
 
 
 def main() -> None:

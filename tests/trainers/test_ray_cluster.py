@@ -70,6 +70,21 @@ def test_actors_are_spread_and_are_sent_the_package(head: Cluster) -> None:
     assert all("runtime_resources" in file for _, file in found)
 
 
+def test_a_learner_goes_where_a_gpu_is(head: Cluster) -> None:
+    # Ray believes what it is told: the second node has a GPU, the others have none.
+    config = PpoConfig(collect=CollectConfig(actors=1, threads=1), ray=RayConfig(str(head.address)))
+    library = MotionLibrary.of([standing("one", "ann")])
+    head.add_node(num_cpus=1)
+    with RayCluster(config, library, np.ones(1)) as cluster:
+        assert [cluster.gpus(device) for device in ("cpu", "auto")] == [0, 0]
+        with pytest.raises(InputError, match="no node of the cluster has a GPU; should be cpu, or auto"):
+            cluster.gpus("cuda")
+        with_gpu = head.add_node(num_cpus=1, num_gpus=1)
+        assert [cluster.gpus(device) for device in ("cpu", "auto", "cuda")] == [0, 1, 1]
+        node, _ = cluster.ray.get(cluster.actor(Where, 1, gpus=1).where.remote())
+    assert node == with_gpu.node_id
+
+
 def test_a_node_is_lost_and_another_comes(head: Cluster, tmp_path: Path) -> None:
     nodes = [head.add_node(num_cpus=1) for _ in range(2)]
     with training(head, tmp_path, "samples=4096") as process:
