@@ -26,8 +26,11 @@ class EpisodeMetrics:
         self.sums += xp.stack([self._step, rewards, *errors])
 
     def reset(self, worlds: Array) -> None:
-        """Forget the sums of worlds, given as indices or as a mask (N,)."""
-        self.sums[:, worlds] = 0.0
+        """Forget the sums of worlds: their indices (n,), or for tensors a mask (N,)."""
+        if namespace(self.sums) is np:
+            self.sums[:, worlds] = 0.0
+        else:
+            self.sums.masked_fill_(worlds, 0.0)
 
     def of(self, worlds: Array | slice, reference_frames: Array) -> dict[str, Array]:
         """Return the metrics of episodes until now.

@@ -35,9 +35,9 @@ class WarpPhysics:
             device: A GPU, or the CPU.
 
         Raises:
-            InputError: If mujoco-warp is not installed.
+            InputError: If mujoco-warp is not installed, or cannot work with the GPU's driver.
         """
-        self._warp, self._engine = _libraries()
+        self._warp, self._engine = libraries(device)
         kinds = self._engine.OverflowType
         self._lost = int(kinds.NEFC | kinds.NJMAX_NNZ | kinds.BROADPHASE | kinds.NARROWPHASE | kinds.CCD)  # contacts without room
         self.model = build_model()
@@ -60,7 +60,10 @@ class WarpPhysics:
         self._look()
 
     def step(self, targets: torch.Tensor) -> torch.Tensor:
-        """Advance one control step; see ``Physics.step``. A world with more contacts than there is room for has failed, too."""
+        """Advance one control step; see ``Physics.step``.
+
+        A world with more contacts than there is room for has failed, too; so have all if all together have too many.
+        """
         self._shared["ctrl"].copy_(targets)
         self._advance()
         failed = ~(self._shared["qvel"].abs().amax(dim=1) < MAX_SPEED) | ((self._shared["overflow"] & self._lost) != 0)
@@ -136,18 +139,22 @@ class WarpPhysics:
             state.copy_(torch.where(chosen, self._rest if name == "qpos" else torch.zeros_like(state), state))
 
 
-def check_installed() -> None:
-    """Raise an InputError if mujoco-warp is not installed."""
+def libraries(device: torch.device) -> tuple[Any, Any]:
+    """Return warp and mujoco-warp, quiet.
+
+    Raises:
+        InputError: If they are not installed, or cannot work with the GPU's driver.
+    """
     if find_spec("mujoco_warp") is None:
         raise InputError("physics is 'warp', but mujoco-warp is not installed; should be cpu, or install it: pip install '.[gpu]'")
-
-
-def _libraries() -> tuple[Any, Any]:
-    """Return warp and mujoco-warp, quiet."""
-    check_installed()
     import warp
 
     warp.config.log_level = warp.LOG_WARNING  # otherwise a line for each of a hundred kernels
+    if device.type == "cuda" and not warp.is_cuda_available():
+        raise InputError(
+            "physics is 'warp' and device a GPU, but warp cannot use its driver; should be one for CUDA 13 (580 or newer), "
+            "or a build of warp-lang for an older one, see docs/gpu.md"
+        )
     import mujoco_warp
 
     return warp, mujoco_warp

@@ -52,16 +52,20 @@ class AdaptMimicTorchEnv(Worlds):
         """Begin an episode in every world.
 
         Args:
-            seed: Of the start frames drawn from now on; what the sampler learnt is forgotten, so that a seed means one run.
+            seed: Of the start frames drawn from now on; what the sampler learnt is forgotten, so that on the CPU a seed means one run. A
+                GPU adds numbers up in another order each time.
             options: ``clip`` and ``frame`` (N,), where worlds begin instead of at random.
 
         Returns:
             Observations (N, O) and an empty info.
+
+        Raises:
+            ValueError: If the options hold anything else, or name a clip or a frame that is none.
         """
         if seed is not None:
             self._chance.manual_seed(seed)
             self.starts.forget()
-        where = [torch.as_tensor(options[name], device=self.device) for name in ("clip", "frame")] if options else self._draw()
+        where = self._placed_starts(options) if options else self._draw()
         self._begin(torch.ones(self.num_envs, dtype=torch.bool, device=self.device), *where)
         return self._look(), {}
 
@@ -107,6 +111,14 @@ class AdaptMimicTorchEnv(Worlds):
     def _look(self) -> torch.Tensor:
         """Return the observations of all worlds, shape (N, O)."""
         return self._observe(self.physics.bodies(), self.library.at(self._row))
+
+    def _placed_starts(self, options: dict[str, Any]) -> tuple[torch.Tensor, torch.Tensor]:
+        """Return the starts that a caller wants; checked here, for the device would fail for good."""
+        if set(options) != {"clip", "frame"}:
+            raise ValueError(f"options are {', '.join(sorted(options))}, should be clip and frame of every world")
+        clip, frame = (torch.as_tensor(options[name]).cpu() for name in ("clip", "frame"))
+        self.starts.check(clip.numpy(), frame.numpy())
+        return clip.to(self.device), frame.to(self.device)
 
     def _draw(self) -> tuple[torch.Tensor, torch.Tensor]:
         """Return a random start for every world: clips (N,) and frames within them (N,)."""

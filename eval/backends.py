@@ -13,7 +13,7 @@ from agents.shipped import SHIPPED_POLICY
 from configs.command import exit_code_of
 from datasets.sources import SYNTHETIC
 from envs.gym_env import motion_library
-from envs.physics_warp import check_installed
+from envs.physics_warp import libraries
 from eval.backend_episodes import COMPARED, STEPS, EpisodePairs, episode_pairs
 from eval.backend_steps import KINDS, StepDifferences, step_differences
 from eval.run import load_policy
@@ -34,8 +34,8 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _run(options: argparse.Namespace) -> None:
-    check_installed()
     device, console = device_of(options.device), Console()
+    libraries(device)
     policy, _, spec = load_policy(options.policy)
     library = motion_library(options.motions)
     with Progress(console=console, transient=True) as progress:
@@ -45,7 +45,8 @@ def _run(options: argparse.Namespace) -> None:
         played = {
             name: episode_pairs(act, library, spec, options.worlds, device, lambda: progress.advance(task)) for name, act in acts.items()
         }
-    console.print(steps_table(steps, str(device)), *(f"{kind}: {why}" for kind, why in KINDS.items()), episodes_table(played, str(device)), sep="\n")
+    legend = (f"{kind}: {why}" for kind, why in KINDS.items())
+    console.print(steps_table(steps, str(device)), *legend, episodes_table(played, str(device)), sep="\n")
 
 
 def steps_table(found: StepDifferences, device: str) -> Table:

@@ -10,7 +10,7 @@ import torch
 
 from datasets.motion_library import MotionLibrary
 from envs.gym_env import motion_library
-from envs.physics_warp import WarpPhysics, check_installed
+from envs.physics_warp import WarpPhysics, libraries
 from envs.torch_env import AdaptMimicTorchEnv
 from envs.vector_env import AdaptMimicVectorEnv
 from eval.device_meter import finish, name_of
@@ -75,10 +75,10 @@ def benchmark_worlds(motions: str, rounds: int, after_round: Callable[[], None] 
         after_round: Called after each round.
 
     Raises:
-        InputError: If mujoco-warp is not installed.
+        InputError: If mujoco-warp is not installed, or cannot work with the GPU's driver.
     """
-    check_installed()
     device = device_of("auto")
+    libraries(device)
     return measure_worlds(motion_library(motions), rounds, SIZES[device.type], device, after_round)
 
 

@@ -36,7 +36,7 @@ class Crowd(RayCluster):
         """Take Ray and its handles of the processes."""
         self.ray, self.shared, self._idlers, self._given = ray, ((), None, 0.0, np.zeros(0)), idlers, 0
 
-    def actor(self, of: type[Any], threads: int, *arguments: object) -> Any:
+    def actor(self, of: type[Any], threads: int, *arguments: object, gpus: int = 0) -> Any:
         """Return the next process."""
         self._given += 1
         return self._idlers[self._given % len(self._idlers)]

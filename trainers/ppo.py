@@ -8,7 +8,7 @@ import torch
 
 from configs.errors import InputError
 from configs.load import save_config
-from envs.physics_warp import check_installed
+from envs.physics_warp import libraries
 from trainers.checkpoint import load_newest
 from trainers.command_line import run_training
 from trainers.crew import crew
@@ -62,9 +62,10 @@ def train(config: PpoConfig, resume: bool) -> Path:
 
 def _device(config: PpoConfig) -> torch.device:
     """Return where the policy learns; raise an InputError, before minutes are spent, if this machine lacks what the config asks for."""
+    device = device_of("auto" if config.ray.address else config.device)  # a cluster's learner finds its own
     if config.physics == "warp":
-        check_installed()
-    return device_of("auto" if config.ray.address else config.device)  # a cluster's learner finds its own
+        libraries(device)
+    return device
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -6,9 +6,10 @@ import numpy as np
 import torch
 
 from agents.distribution import kl_divergence, log_prob
-from agents.policy import Policy
+from configs.errors import RunError
 from datasets.motion_library import MotionLibrary
 from trainers.device import device_of, quick_products
+from trainers.fresh_policy import fresh_policy
 from trainers.gae import gae
 from trainers.learner_state import arrays_of, get_state, set_state
 from trainers.ppo_config import PpoConfig
@@ -19,6 +20,10 @@ from trainers.style_learner import StyleLearner
 _STEP_TELLS = ("policy_loss", "value_loss", "kl", "clip_fraction", "grad_norm")
 
 
+class DivergedError(RunError):
+    """Nothing is left to learn from or to save: the policy's weights are no numbers any more."""
+
+
 class PpoLearner:
     """Owns policy, optimiser and the random order of minibatches."""
 
@@ -26,12 +31,10 @@ class PpoLearner:
         """Build policy and optimiser from the run's seed, and with ``learner.style`` a discriminator of motion like the library's."""
         torch.manual_seed(config.seed)
         self.config = config.learner
-        spec = config.task
         self.device = device_of(config.device)
-        shape = (spec.observation_size, spec.action_size, config.network.hidden, config.network.activation)
-        self.policy = Policy(*shape).to(self.device)
+        self.policy = fresh_policy(config, self.device)
         self.optimiser = torch.optim.Adam(self.policy.parameters(), lr=self.config.learning_rate, eps=1e-5, fused=True)
-        self.random = torch.Generator(self.device).manual_seed(config.seed)
+        self.random = torch.Generator().manual_seed(config.seed)  # of the CPU: a run may go on on another device
         self.style = StyleLearner(self.config.style, config.seed, library, self.device) if self.config.style else None
 
     def weights(self) -> dict[str, np.ndarray]:
@@ -47,6 +50,9 @@ class PpoLearner:
 
         Returns:
             Diagnostics by name.
+
+        Raises:
+            DivergedError: If the policy's numbers are no longer finite.
         """
         with quick_products(self.device):
             return self._learn([rollout.on(self.device) for rollout in rollouts], progress)
@@ -65,12 +71,14 @@ class PpoLearner:
         steps: list[list[float]] = []
         kl = 0.0
         for _ in range(self.config.epochs):
-            order = torch.randperm(size, generator=self.random, device=self.device)
+            order = torch.randperm(size, generator=self.random).to(self.device)
             passed = [
                 self._step({name: array.index_select(0, picked) for name, array in batch.items()}, sigma)
                 for picked in order.split(self.config.minibatch)
             ]
             steps += torch.stack(passed).tolist()  # the only wait for a GPU in a pass
+            if not np.isfinite(steps).all():
+                raise DivergedError(f"the policy's numbers are no longer finite: {dict(zip(_STEP_TELLS, steps[-1], strict=True))}")
             kl = float(np.mean([step[_STEP_TELLS.index("kl")] for step in steps[-len(passed) :]]))
             if self.config.target_kl and kl > self.config.target_kl:
                 break

@@ -7,9 +7,11 @@ from typing import Any
 
 from configs.errors import InputError, RunError
 from trainers.checkpoint import Checkpoints
+from trainers.device import device_of
 from trainers.model_selection import CHOSEN_BY, ModelSelection
 from trainers.motions import PreparedMotions
 from trainers.ppo_config import PpoConfig
+from trainers.ppo_learner import DivergedError
 from trainers.ppo_log import PpoLog
 from trainers.progress import Clock
 from trainers.ray_cluster import LearnerLostError
@@ -45,6 +47,7 @@ class PpoRun:
         self.checkpoints = Checkpoints(folder / "checkpoints", log.say)
         self._learner, self._pool = learner, pool
         self._selection = ModelSelection(config, motions, folder)
+        self._simulator = "cpu" if config.physics == "cpu" else f"warp on {device_of(config.device)}"
         self._lost = 0  # learners, since the last iteration
         self.clock = Clock()
 
@@ -66,7 +69,11 @@ class PpoRun:
         if tree["motions"] != self._motions.identity or tree["learner"]["network"].keys() != self._learner.policy.state_dict().keys():
             raise InputError(f"{path} was trained on other motion or with another network; resume with the config and the clips of then")
         self._learner.set_state(tree["learner"])
-        self._pool.set_state(tree["actors"])
+        before = tree.get("simulator", "cpu")
+        if before == self._simulator:
+            self._pool.set_state(tree["actors"])
+        else:
+            self._log.say(f"worlds were simulated by {before}, and are by {self._simulator} from here on: they begin anew")
         self.clock = Clock(**tree["clock"])
         self.clock = replace(self.clock, best=max(self.clock.best, self._selection.best))
         self._log.say(f"going on from {path}, at {self.clock.samples:,} samples")
@@ -88,6 +95,8 @@ class PpoRun:
                 self._evaluate()
             if self.over or self.clock.iteration % self._config.checkpoint_every == 0:
                 self.save()
+        except DivergedError as failed:  # what it learnt is not worth saving
+            raise RunError(f"{failed}; go on with --resume from the newest checkpoint, with a lower learner.learning_rate") from failed
         except RolloutsLostError as lost:
             self._log.say(f"rollouts were lost on their way to the learner ({lost}), and are not counted")
         except LearnerLostError as lost:
@@ -103,7 +112,13 @@ class PpoRun:
         except LearnerLostError as lost:
             self._log.say(f"no checkpoint could be written, the learner was lost ({lost})")
             return
-        tree = {"learner": learner, "actors": self._pool.get_state(), "clock": asdict(self.clock), "motions": self._motions.identity}
+        tree = {
+            "learner": learner,
+            "actors": self._pool.get_state(),
+            "clock": asdict(self.clock),
+            "motions": self._motions.identity,
+            "simulator": self._simulator,
+        }
         self.checkpoints.save(self.clock.iteration, tree)
 
     def _collect_and_learn(self) -> None:

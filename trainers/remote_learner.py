@@ -7,6 +7,7 @@ import torch
 
 from agents.policy import Policy
 from datasets.motion_library import ClipInfo, MotionLibrary
+from trainers.fresh_policy import fresh_policy
 from trainers.ppo_config import PpoConfig
 from trainers.ppo_learner import PpoLearner
 from trainers.ray_cluster import LearnerLostError, RayCluster
@@ -55,7 +56,7 @@ class RemoteLearner:
             cluster: Where it runs.
         """
         self._config, self._cluster = config, cluster
-        self._policy = Policy(config.task.observation_size, config.task.action_size, config.network.hidden, config.network.activation)
+        self._policy = fresh_policy(config)
         self.restart()
 
     def restart(self) -> None:

@@ -1,24 +1,20 @@
-"""One collector: envs and a copy of the policy, in the learner's process or as a Ray actor in its own."""
-
-import time
-from typing import Any
+"""The collector of processors: in the learner's process or as a Ray actor in its own."""
 
 import numpy as np
 import torch
 
 from agents.distribution import log_prob
-from agents.policy import Policy
-from agents.style import instant_features
 from datasets.motion_library import ClipInfo, MotionLibrary
 from envs.episode_metrics import TRACKING_METRICS
-from envs.mimic_spec import MimicSpec
 from envs.vector_env import AdaptMimicVectorEnv
+from trainers.collector import Collector
+from trainers.fresh_policy import CPU
 from trainers.ppo_config import PpoConfig
-from trainers.rollout import Rollout, RolloutReport, blank_steps
+from trainers.rollout import Rollout, blank_steps
 
 
-class RolloutActor:
-    """Steps its worlds with the newest policy."""
+class RolloutActor(Collector):
+    """Steps worlds that MuJoCo simulates on threads."""
 
     def __init__(
         self,
@@ -41,27 +37,16 @@ class RolloutActor:
             fps: Of the motion library.
             weights: How often each clip is drawn.
         """
-        self._horizon, self._styled = config.collect.horizon, config.learner.style > 0.0
         self._threads = config.collect.threads
-        spec: MimicSpec = config.task
         library = MotionLibrary.from_arrays(clips, arrays, fps)
-        self.env = AdaptMimicVectorEnv(
-            library, config.collect.envs, spec, config.collect.threads, clip_weights=weights, adaptive_starts=True
-        )
-        self.policy = Policy(spec.observation_size, spec.action_size, config.network.hidden, config.network.activation)
-        seeds = np.random.SeedSequence((config.seed, place, life)).generate_state(2)
-        self._random = torch.Generator().manual_seed(int(seeds[0]))
-        self._observation, _ = self.env.reset(seed=int(seeds[1]))
+        env = AdaptMimicVectorEnv(
+            library, config.collect.envs, config.task, config.collect.threads, clip_weights=weights, adaptive_starts=True
+        )  # fmt: skip
+        super().__init__(config, env, CPU, place, life)
 
     @torch.inference_mode()
     def collect(self, weights: dict[str, np.ndarray], sigma: float, assist: float) -> Rollout:
-        """Return one rollout of the policy.
-
-        Args:
-            weights: Of the policy.
-            sigma: Standard deviation of its actions.
-            assist: Largest force of the invisible hand [body weights].
-        """
+        """Return one rollout of the policy, as arrays; see ``Collector.collect``."""
         torch.set_num_threads(self._threads)  # the learner, in this process or not, sets its own
         self.env.assist = assist
         self.policy.load_state_dict({name: torch.tensor(array) for name, array in weights.items()})
@@ -100,26 +85,3 @@ class RolloutActor:
             reward_terms=terms,
             physics_failures=int(self.env.physics_failures - failures),
         )
-
-    def is_ready(self) -> bool:
-        """Return that this is built; what an actor of Ray's is asked first."""
-        return True
-
-    def collect_and_report(self, weights: dict[str, np.ndarray], sigma: float, assist: float) -> tuple[Rollout, RolloutReport]:
-        """Return one rollout and what there is to tell of it; as two objects of Ray's, of which the second is small."""
-        begin = time.monotonic()
-        rollout = self.collect(weights, sigma, assist)
-        return rollout, rollout.report(time.monotonic() - begin)
-
-    def _instant(self) -> list[np.ndarray]:
-        """Return what a style discriminator sees of the bodies now; nothing where there is none."""
-        return [instant_features(self.env.physics.bodies())] if self._styled else []
-
-    def get_state(self) -> dict[str, Any]:
-        """Return everything that the next rollout depends on beside the weights."""
-        return {"env": self.env.get_state(), "random": self._random.get_state().numpy()}
-
-    def set_state(self, state: dict[str, Any]) -> None:
-        """Go back to a state that ``get_state`` returned."""
-        self._observation = self.env.set_state(state["env"])
-        self._random.set_state(torch.from_numpy(state["random"].copy()))

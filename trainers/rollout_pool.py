@@ -5,6 +5,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from datasets.motion_library import MotionLibrary
+from trainers.collector import Collector
 from trainers.device_collector import DeviceCollector
 from trainers.ppo_config import PpoConfig
 from trainers.rollout import RolloutReport
@@ -32,7 +33,7 @@ class RolloutPool(Protocol):
     """All collectors of a run."""
 
     def collect(self, weights: Any, sigma: float, assist: float = 0.0) -> Collected:
-        """Return new rollouts; the arguments are those of ``RolloutActor.collect``."""
+        """Return new rollouts; the arguments are those of ``Collector.collect``."""
         ...
 
     def get_state(self) -> dict[str, Any]:
@@ -56,7 +57,7 @@ class LocalPool:
             clip_weights: How often each clip is drawn, shape (clips,).
         """
         if config.physics == "warp":
-            self._collector: RolloutActor | DeviceCollector = DeviceCollector(config, library, clip_weights)
+            self._collector: Collector = DeviceCollector(config, library, clip_weights)
         else:
             self._collector = RolloutActor(config, 0, 0, library.clips, library.arrays(), library.fps, clip_weights)
 

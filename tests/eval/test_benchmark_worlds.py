@@ -1,6 +1,7 @@
 """The benchmark of worlds on a few of them: what it measures and writes, and what its meters read."""
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,15 @@ from tests.trainers.conftest import standing
 CPU, CUDA = torch.device("cpu"), torch.device("cuda")
 SIZES = Sizes({4: 3, 8: 2}, native_worlds=5, native_steps=2)
 pytest.importorskip("mujoco_warp")
+
+
+@pytest.fixture(autouse=True)
+def _one_thread() -> Iterator[None]:
+    """Let torch use one thread: two that wait for each other on a busy machine take ten times as long."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(threads)
 
 
 @pytest.fixture(scope="module")
@@ -39,9 +49,9 @@ class Counting(AdaptMimicTorchEnv):
 def test_measured_are_so_many_worlds(library: MotionLibrary, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(world_memory, "AdaptMimicTorchEnv", Counting)  # not the training's
     Counting.taken = []
-    threads, rounds = torch.get_num_threads(), []
+    rounds = []
     speed = measure_worlds(library, 1, SIZES, CPU, lambda: rounds.append(1))
-    assert torch.get_num_threads() == threads
+    assert torch.get_num_threads() == 1  # learners left it as it was
     assert len(rounds) == 2  # the first is thrown away
     # One world is built so that all is loaded, then 4 and 8; each takes a step for its memory, and two blocks of 3 and of 2 steps.
     steps = {worlds: [actions for actions in Counting.taken if len(actions) == worlds] for worlds in (1, 4, 8)}

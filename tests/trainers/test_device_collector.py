@@ -1,17 +1,20 @@
 """Collecting and learning on one device: what rollouts hold, that runs resume, and that a short one learns."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
 
+from agents.policy import Policy
+from configs.errors import RunError
 from datasets.motion_library import MotionLibrary
 from envs.mimic_spec import MimicSpec
 from tests.envs.devices import DEVICES
 from tests.trainers.conftest import standing
 from tests.trainers.test_ppo import final_state, same, whole_and_in_parts
-from trainers import ppo
+from trainers import ppo, ppo_learner
 from trainers.crew import crew
 from trainers.device_collector import DeviceCollector
 from trainers.play import play, protocol, zero_residual
@@ -44,9 +47,10 @@ def test_the_collector_says_what_the_policy_would_say(tiny: PpoConfig, device: t
     with torch.no_grad():
         means, values = learner.policy(rollout.observations)
         after = learner.policy.value(torch.stack(last))
-    torch.testing.assert_close(rollout.means, means, atol=1e-5, rtol=0)
-    torch.testing.assert_close(rollout.values, values, atol=1e-5, rtol=0)
-    torch.testing.assert_close(rollout.next_values, after * ~rollout.terminated, atol=1e-5, rtol=0)
+    error = 1e-5 if device.type == "cpu" else 5e-3  # of tensor cores
+    torch.testing.assert_close(rollout.means, means, atol=error, rtol=0)
+    torch.testing.assert_close(rollout.values, values, atol=error, rtol=0)
+    torch.testing.assert_close(rollout.next_values, after * ~rollout.terminated, atol=error, rtol=0)
     assert rollout.truncated.any()
     assert report.samples == 320
     assert len(report.episodes["sr90"]) == int(rollout.ended.sum())
@@ -68,6 +72,42 @@ def test_a_rollout_goes_on_where_the_last_one_ended(warp: PpoConfig) -> None:
 def test_resumed_equals_uninterrupted(style: float, warp: PpoConfig, monkeypatch: pytest.MonkeyPatch) -> None:
     whole, parts = whole_and_in_parts(replace(warp, learner=replace(warp.learner, style=style)), monkeypatch)
     same(final_state(whole), final_state(parts))
+
+
+@DEVICES
+@pytest.mark.parametrize("physics", ["cpu", "warp"])
+def test_a_run_goes_on_with_the_other_physics(
+    tiny: PpoConfig, device: torch.device, physics: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    other = {"cpu": "warp", "warp": "cpu"}[physics]
+    # Half of six iterations, then the rest.
+    folder = ppo.train(replace(tiny, samples=3 * 32, physics=physics, device=device.type), resume=False)
+    ppo.train(replace(tiny, physics=other, device=device.type), resume=True)
+    names = {"cpu": "cpu", "warp": f"warp on {device.type}"}
+    assert f"worlds were simulated by {names[physics]}, and are by {names[other]} from here on: they begin anew" in capsys.readouterr().out
+    found = final_state(folder)
+    assert (found["clock"]["samples"], found["simulator"]) == (6 * 32, names[other])
+    policy, _ = Policy.load(folder / "best" / "policy.safetensors")
+    assert np.isfinite(policy.act(np.zeros((5, 273), np.float32))).all()
+
+
+@DEVICES
+def test_a_policy_that_diverges_ends_the_run_and_is_not_saved(
+    tiny: PpoConfig, device: torch.device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    config = replace(tiny, physics="warp", device=device.type, checkpoint_every=1)
+    loss, calls = ppo_learner.value_loss, []
+
+    def breaking(value: torch.Tensor, target: torch.Tensor) -> torch.Tensor:
+        calls.append(value)
+        return loss(value, target) * (torch.nan if len(calls) > 9 else 1.0)  # two minibatches in each of two passes: the third update
+
+    monkeypatch.setattr(ppo_learner, "value_loss", breaking)
+    with pytest.raises(RunError, match=r"no longer finite: .*; go on with --resume from the newest checkpoint, with a lower learner"):
+        ppo.train(config, resume=False)
+    found = final_state(Path(config.runs_dir) / config.name)
+    assert found["clock"]["iteration"] == 2
+    assert all(np.isfinite(array).all() for array in found["learner"]["network"].values())
 
 
 def test_actors_are_not_asked_for(warp: PpoConfig, capsys: pytest.CaptureFixture[str]) -> None:
