@@ -17,13 +17,14 @@ class EpisodeMetrics:
     def __init__(self, worlds: int, place: Callable[[np.ndarray], Array] = np.asarray) -> None:
         """Start with empty sums for every world, where ``place`` puts them: NumPy's by default, or tensors."""
         self.sums = place(np.zeros((4, worlds)))  # steps, rewards, squared root errors, the same against the truth
-        self._step = place(np.ones(worlds, dtype=np.float32))
 
     def add(self, rewards: Array, root: Array, reference_root: Array, truth_root: Array) -> None:
         """Count one step of every world: rewards (N,) and root positions (N, 3) [m]."""
         xp = namespace(rewards)
-        errors = (xp.einsum("nc,nc->n", error, error) for error in (root - reference_root, root - truth_root))
-        self.sums += xp.stack([self._step, rewards, *errors])
+        self.sums[0] += 1.0
+        self.sums[1] += rewards
+        for error, total in zip((root - reference_root, root - truth_root), self.sums[2:], strict=True):
+            total += xp.einsum("nc,nc->n", error, error)
 
     def reset(self, worlds: Array) -> None:
         """Forget the sums of worlds: their indices (n,), or for tensors a mask (N,)."""

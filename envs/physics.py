@@ -1,4 +1,8 @@
-"""What a vector env asks of a physics engine: the small protocol that every backend keeps."""
+"""What a vector env asks of a physics engine: the small protocol that every backend keeps.
+
+Worlds are named by their indices (n,) on the CPU, and by a mask (N,) where nobody may wait to learn how many they are; what is said of them
+then has a row for every world.
+"""
 
 from typing import Protocol
 
@@ -10,7 +14,7 @@ class Physics(Protocol):
     """N simulated humanoids, stepped together."""
 
     def reset(self, worlds: Array, pose: Array, vel: Array) -> None:
-        """Put worlds (indices) into a state: positions (n, 50) and velocities (n, 49), as ``MotionLibrary.start_pose``."""
+        """Put worlds into a state: positions (n, 50) and velocities (n, 49), as ``MotionLibrary.start_pose``."""
         ...
 
     def step(self, targets: Array) -> Array:
@@ -24,6 +28,6 @@ class Physics(Protocol):
         """Let forces [N] and torques [Nm] act on the pelvis, world axes, shape (N, 6), in all steps until told otherwise."""
         ...
 
-    def bodies(self, worlds: Array | slice = ...) -> BodyState:
-        """Return where the bodies of worlds are now, of all by default; the arrays are the caller's to keep."""
+    def bodies(self) -> BodyState:
+        """Return where the bodies of all worlds are now; the arrays are the caller's to keep."""
         ...
