@@ -139,8 +139,8 @@ def test_a_tiny_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pyt
     assert all(one["rate"] > 0.0 for one in found["rows"].values())
     assert found["predicted_over_measured"] > 0.0
     observation, action = config.task.observation_size, config.task.action_size
-    # float32: observation, actions, means, log probability, value, reward; two flags; the value after the last of four steps.
-    assert found["costs"]["sample_bytes"] == pytest.approx(4 * (observation + 2 * action + 3) + 2 + 4 / 4, abs=1.0)
+    # float32: observation, actions, means, log probability, value, next value, reward; two flags.
+    assert found["costs"]["sample_bytes"] == 4 * (observation + 2 * action + 4) + 2
     said = capsys.readouterr().out
     assert "Measured in this run:" in said
     assert "Assumed:" in said
