@@ -13,11 +13,11 @@ from envs.gym_env import motion_library
 from envs.physics_warp import WarpPhysics, libraries
 from envs.torch_env import AdaptMimicTorchEnv
 from envs.vector_env import AdaptMimicVectorEnv
-from eval.device_meter import finish, name_of
+from eval.device_meter import finish
 from eval.speed import Contender, Speed, interleave
 from eval.world_memory import SEED, memory_table, metered_envs
 from trainers.crew import crew
-from trainers.device import device_of
+from trainers.device import device_of, name_of
 from trainers.ppo_config import CollectConfig, LearnerConfig, NetworkConfig, PpoConfig
 
 ACTION = 0.1  # largest action: what a fresh policy explores

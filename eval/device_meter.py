@@ -1,23 +1,14 @@
-"""What a device is called, how much of its memory is taken, and waiting until it has done all that it was told."""
+"""How much of a device's memory is taken, and waiting until it has done all that it was told."""
 
 import ctypes
 import gc
 import os
-import platform
 import sys
 from contextlib import suppress
-from pathlib import Path
 
 import torch
 
 from eval.process_family import memory_of
-
-
-def name_of(device: torch.device) -> str:
-    """Return the card's name, or the processor's with its cores."""
-    if device.type == "cuda":
-        return torch.cuda.get_device_name(device)
-    return f"{_processor()}, {os.cpu_count()} cores"
 
 
 def finish(device: torch.device) -> None:
@@ -43,11 +34,3 @@ def release(device: torch.device) -> None:
     elif sys.platform == "linux":
         with suppress(AttributeError):  # not every C library keeps what is freed, as glibc does
             ctypes.CDLL(None).malloc_trim(0)
-
-
-def _processor() -> str:
-    """Return the processor's name where the system tells it, as Linux does."""
-    with suppress(OSError, StopIteration):
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-        return next(line for line in lines if line.startswith("model name")).partition(": ")[2]
-    return platform.processor() or platform.machine()

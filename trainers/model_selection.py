@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from agents.policy import Policy
+from trainers.device import device_of, name_of
 from trainers.motions import PreparedMotions
 from trainers.play import Act, play, protocol, zero_residual
 from trainers.ppo_config import PpoConfig
@@ -60,6 +61,11 @@ class ModelSelection:
         policy.save(self._file, self._card(score, clock, curve))
         self._curve = curve
 
+    def _machine(self) -> str:
+        """Return what simulated and where was learnt."""
+        learner = "a cluster" if self._config.ray.address else name_of(device_of(self._config.device))
+        return f"physics={self._config.physics}, learner on {learner}"
+
     def _card(self, score: dict[str, float], clock: Clock, curve: list[dict[str, float]]) -> dict[str, Any]:
         training = self._motions.training.clips
         return {
@@ -73,4 +79,5 @@ class ModelSelection:
             "hours": clock.seconds / 3600.0,
             "curve": curve,
             "code": commit_of_code(),
+            "machine": self._machine(),
         }

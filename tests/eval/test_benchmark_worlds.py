@@ -10,11 +10,12 @@ import torch
 
 from datasets.motion_library import MotionLibrary
 from envs.torch_env import AdaptMimicTorchEnv
-from eval import benchmark, benchmark_worlds, device_meter, world_memory
+from eval import benchmark, benchmark_worlds, world_memory
 from eval.benchmark_worlds import Bare, Sizes, measure_worlds
-from eval.device_meter import finish, name_of, taken
+from eval.device_meter import finish, taken
 from eval.world_memory import world_memory as each_world
 from tests.trainers.conftest import standing
+from trainers.device import name_of
 
 CPU, CUDA = torch.device("cpu"), torch.device("cuda")
 SIZES = Sizes({4: 3, 8: 2}, native_worlds=5, native_steps=2)
@@ -127,18 +128,8 @@ def test_a_card_is_waited_for_and_asked(monkeypatch: pytest.MonkeyPatch) -> None
     waited = []
     monkeypatch.setattr(torch.cuda, "synchronize", waited.append)
     monkeypatch.setattr(torch.cuda, "mem_get_info", lambda device: {CUDA: (30, 100)}[device])
-    monkeypatch.setattr(torch.cuda, "get_device_name", lambda device: {CUDA: "a card"}[device])
     finish(CPU)
     assert waited == []
     finish(CUDA)
     assert waited == [CUDA]
     assert taken(CUDA) == 70  # of 100 bytes 30 are free
-    assert name_of(CUDA) == "a card"
-
-
-def test_a_processor_without_a_name_has_its_architecture(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(device_meter, "Path", lambda _: Path("/nowhere/cpuinfo"))
-    monkeypatch.setattr(device_meter.platform, "processor", lambda: "")
-    monkeypatch.setattr(device_meter.platform, "machine", lambda: "riscv64")
-    monkeypatch.setattr(device_meter.os, "cpu_count", lambda: 3)
-    assert name_of(CPU) == "riscv64, 3 cores"

@@ -67,6 +67,7 @@ def test_a_run_leaves_its_files(tiny: PpoConfig) -> None:
     policy, card = Policy.load(folder / "best" / "policy.safetensors")
     assert policy.act(np.zeros((5, 273), np.float32)).shape == (5, 20)
     assert card["clips"] != ["one", "two"]  # one performer is held out
+    assert card["machine"].startswith("physics=cpu, learner on ")
     assert final_state(folder)["clock"]["samples"] == 6 * 32
 
 
