@@ -75,9 +75,10 @@ class Rollout(NamedTuple):
         return namespace(self.terminated).logical_or(self.terminated, self.truncated)
 
     def on(self, device: torch.device) -> Self:
-        """Return the rollout as tensors on a device; arrays are copied, for what Ray shares may not be written to."""
-        arrays = {name: torch.tensor(part, device=device) for name, part in self._asdict().items() if isinstance(part, np.ndarray)}
-        return self._replace(**arrays)
+        """Return the rollout as tensors on a device; on the CPU they share the memory of its arrays, unless these may not be written to."""
+        arrays = {name: part for name, part in self._asdict().items() if isinstance(part, np.ndarray)}
+        owned = {name: part if part.flags.writeable else part.copy() for name, part in arrays.items()}  # torch warns of Ray's
+        return self._replace(**{name: torch.from_numpy(part).to(device) for name, part in owned.items()})
 
     def report(self, seconds: float) -> RolloutReport:
         """Return what there is to tell of a rollout that took so long."""
