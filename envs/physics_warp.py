@@ -50,13 +50,11 @@ class WarpPhysics:
             self._shared = {name: self._warp.to_torch(getattr(self._data, name)) for name in (*_STATE, *_MEASURED)}
             self._rest = self._shared["qpos"].clone()
             self._advance, self._look = self._recorded(self._step), self._recorded(self._measure)
-        self._clear(torch.ones(worlds, dtype=torch.bool, device=device))
+        self._put(torch.ones(worlds, dtype=torch.bool, device=device), self._rest, torch.zeros_like(self._shared["qvel"]))
 
     def reset(self, worlds: torch.Tensor, pose: torch.Tensor, vel: torch.Tensor) -> None:
         """Put the worlds of a mask (N,) into their states, positions (N, 50) and velocities (N, 49); the others' are not looked at."""
-        self._clear(worlds)
-        for name, wanted in (("qpos", pose), ("qvel", vel)):
-            self._shared[name].copy_(torch.where(worlds[:, None], wanted, self._shared[name]))
+        self._put(worlds, pose, vel)
         self._look()
 
     def step(self, targets: torch.Tensor) -> torch.Tensor:
@@ -67,7 +65,7 @@ class WarpPhysics:
         self._shared["ctrl"].copy_(targets)
         self._advance()
         failed = ~(self._shared["qvel"].abs().amax(dim=1) < MAX_SPEED) | ((self._shared["overflow"] & self._lost) != 0)
-        self._clear(failed)
+        self._put(failed, self._rest, torch.zeros_like(self._shared["qvel"]))  # no number of an exploded world may reach anybody
         self._look()
         return failed
 
@@ -131,12 +129,16 @@ class WarpPhysics:
             work()
         return lambda: self._warp.capture_launch(capture.graph)
 
-    def _clear(self, worlds: torch.Tensor) -> None:
-        """Put the worlds of a mask (N,) to the origin, without a past: no number of an exploded world may reach anybody."""
-        for name in ("qpos", "qvel", "qacc_warmstart", "overflow"):
-            state = self._shared[name]
-            chosen = worlds.reshape(-1, *[1] * (state.dim() - 1))
-            state.copy_(torch.where(chosen, self._rest if name == "qpos" else torch.zeros_like(state), state))
+    def _put(self, worlds: torch.Tensor, pose: torch.Tensor, vel: torch.Tensor) -> None:
+        """Put the worlds of a mask (N,) into their states, positions (N, 50) and velocities (N, 49), without a past."""
+        fresh = {"qpos": pose, "qvel": vel, **{name: torch.zeros_like(self._shared[name]) for name in ("qacc_warmstart", "overflow")}}
+        for name, begun in fresh.items():
+            self._shared[name].copy_(renewed(worlds, begun, self._shared[name]))
+
+
+def renewed(worlds: torch.Tensor, begun: torch.Tensor, before: torch.Tensor) -> torch.Tensor:
+    """Return ``begun`` (N, ...) in the worlds of a mask (N,), and in the others ``before``."""
+    return torch.where(worlds.reshape(-1, *[1] * (begun.dim() - 1)), begun, before)
 
 
 def libraries(device: torch.device) -> tuple[Any, Any]:

@@ -7,7 +7,7 @@ from gymnasium.vector import AutoresetMode
 
 from datasets.motion_library import MotionLibrary
 from envs.mimic_spec import EPISODE_FRAMES, MimicSpec
-from envs.physics_warp import WarpPhysics
+from envs.physics_warp import WarpPhysics, renewed
 from envs.worlds import Worlds
 
 
@@ -84,7 +84,7 @@ class AdaptMimicTorchEnv(Worlds):
         self._learn_starts(slice(None), outcome.terminated, ended)
         info |= {"final_obs": last, "_final_obs": ended, "tracking": self._tracking(), "_tracking": ended}
         self._begin(ended, *self._draw())
-        return torch.where(ended[:, None], self._look(), last), outcome.rewards, outcome.terminated, outcome.truncated, info
+        return renewed(ended, self._look(), last), outcome.rewards, outcome.terminated, outcome.truncated, info
 
     def get_state(self) -> dict[str, Any]:
         """Return everything that the future of this env depends on, as NumPy arrays and plain values."""
@@ -137,7 +137,6 @@ class AdaptMimicTorchEnv(Worlds):
             "_action": torch.zeros_like(self._action),
         }
         for name, begun in anew.items():
-            chosen = worlds.reshape(-1, *[1] * (begun.dim() - 1))
-            setattr(self, name, torch.where(chosen, begun, getattr(self, name)))
+            setattr(self, name, renewed(worlds, begun, getattr(self, name)))
         self._metrics.reset(worlds)
         self.physics.reset(worlds, self.library.start_pose[row], self.library.start_vel[row])

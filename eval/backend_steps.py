@@ -85,12 +85,10 @@ def _state_of(ours: AdaptMimicVectorEnv, other: AdaptMimicTorchEnv) -> dict[str,
     """Return the native env's state, fresh of a physics' reset, as the torch env's."""
     poses, speeds, _ = ours.physics.motion()
     state, theirs = ours.get_state(), other.get_state()
-    for name in theirs:
-        if name in ("clocks", "anchor", "action", "sums", "failure_rate"):
-            theirs[name] = state[name]
-        elif name.startswith("physics/"):
-            theirs[name] = np.zeros_like(theirs[name])
-    return theirs | {"physics/qpos": poses.astype(np.float32), "physics/qvel": speeds.astype(np.float32)}
+    own = {"random": theirs["random"]}  # of a generator of another kind
+    stillness = {name: np.zeros_like(part) for name, part in theirs.items() if name.startswith("physics/")}
+    shared = {name: state[name] for name in theirs if name in state}
+    return shared | own | stillness | {"physics/qpos": poses.astype(np.float32), "physics/qvel": speeds.astype(np.float32)}
 
 
 class _Cause:
