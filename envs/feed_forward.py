@@ -13,7 +13,7 @@ from scipy.optimize import nnls
 from datasets.humanoid import BODIES, FEET
 from datasets.kinematics import linear_velocity
 from datasets.motion_library import MotionLibrary
-from envs.humanoid_mjcf import FRICTION, HINGE_KP, build_model
+from envs.humanoid_mjcf import FRICTION, HINGE_KP, HINGE_KV, build_model
 
 SMOOTH = 0.05  # s, standard deviation of the average over which accelerations are taken
 NEAR_GROUND = 0.08  # m, above the lowest sole point: what is higher bears nothing
@@ -60,6 +60,7 @@ class _Body:
     def __init__(self) -> None:
         self._model = build_model()
         self._model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_ACTUATION
+        self._model.dof_damping[6:] -= HINGE_KV  # of the motors, whose targets lead by the reference's speed anyway
         self._data = mujoco.MjData(self._model)
         self._soles = [(1 + b, point) for side in FEET for b in side for point in _sole(b)]
         self._jacobian = np.zeros((3, self._model.nv))

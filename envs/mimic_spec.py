@@ -10,6 +10,7 @@ from datasets.humanoid import BODY_COUNT, HINGE_COUNT, HINGES, NAMES
 
 FPS = 60.0  # of every reference [1/s]
 FRAMES_PER_STEP = 2  # control at 30 Hz
+CONTROL_STEP = FRAMES_PER_STEP / FPS  # s
 EPISODE_FRAMES = 300  # of the reference: 5 s, 150 control steps
 ALPHA_LOCAL, ALPHA_POSITION, ALPHA_VELOCITY = 2.5, 1.0, 0.1  # Table 4.2
 DISCOUNT_OFFSET, DISCOUNT_SLOPE = 1.3, 1.4  # eq. 4.9; the slope per metre
@@ -22,6 +23,7 @@ KEY_BODIES = tuple(f"{body}_{side}" for side in "lr" for body in ("upper_arm", "
 # Neither the thesis nor Bergamin et al. list the reduced bodies of `drecon` (ERRATA): these are ours.
 REDUCED_BODIES = ("pelvis", "head", "hand_l", "hand_r", "foot_l", "foot_r")
 CONFIGURATIONS = ("adapt", "drecon", "full")
+PRICES = ("foot_slip", "action_rate")  # fields of MimicSpec: what is taken from the reward
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,7 @@ class MimicSpec:
             raise ValueError(f"smoothing is {self.smoothing}, should be above 0 and at most 1")
         if not self.action_scale > 0.0:
             raise ValueError(f"action_scale is {self.action_scale}, should be above 0 [rad]")
-        for name in ("foot_slip", "action_rate"):
+        for name in PRICES:
             if not getattr(self, name) >= 0.0:
                 raise ValueError(f"{name} is {getattr(self, name)}, should be 0 or more")
         if any(steps < 1 for steps in self.preview):

@@ -6,8 +6,22 @@ then has a row for every world.
 
 from typing import Protocol
 
+import mujoco
+
 from datasets.body_state import BodyState
 from datasets.rotation import Array
+
+
+def engine_steps(model: mujoco.MjModel, seconds: float) -> int:
+    """Return how many engine steps last so many seconds.
+
+    Raises:
+        ValueError: If that is no whole number: a control step and a frame of the reference each end with an engine step.
+    """
+    steps = seconds / model.opt.timestep
+    if round(steps) < 1 or abs(steps - round(steps)) > 1e-6:
+        raise ValueError(f"the engine's time step is {model.opt.timestep:g} s, should be a whole part of {seconds:g} s")
+    return round(steps)
 
 
 class Physics(Protocol):

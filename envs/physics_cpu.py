@@ -12,10 +12,10 @@ from mujoco.batch import Batch
 
 from datasets.body_state import BodyState
 from datasets.humanoid import BODY_COUNT
-from envs.humanoid_mjcf import SUBSTEP, build_model
-from envs.mimic_spec import FPS, FRAMES_PER_STEP
+from envs.humanoid_mjcf import build_model
+from envs.mimic_spec import CONTROL_STEP, FPS, FRAMES_PER_STEP
+from envs.physics import engine_steps
 
-SUBSTEPS = round(FRAMES_PER_STEP / FPS / SUBSTEP)  # engine steps in a control step: 4
 MAX_SPEED = 500.0  # m/s or rad/s of any degree of freedom; beyond it a world has exploded
 _ALL = slice(None)
 _SENSORS, _CONSTRAINTS = mujoco.mjtDisableBit.mjDSBL_SENSOR, mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
@@ -31,17 +31,27 @@ def _silence_engine() -> None:
 
 
 class CpuPhysics:
-    """N humanoids on MuJoCo's thread pool; keeps the protocol of ``envs.physics``."""
+    """N humanoids on MuJoCo's thread pool; keeps the protocol of ``envs.physics``.
 
-    def __init__(self, worlds: int, threads: int = 1) -> None:
+    Attributes:
+        model: Of the humanoid on the floor.
+        steps: Engine steps in a control step.
+    """
+
+    def __init__(self, worlds: int, threads: int = 1, model: mujoco.MjModel | None = None) -> None:
         """Build the model and its simulations.
 
         Args:
             worlds: Number of simulations.
             threads: Native threads that step them.
+            model: A variant of ``build_model``'s, which is taken if None.
+
+        Raises:
+            ValueError: If a control step is no whole number of the model's time steps.
         """
         _silence_engine()
-        self.model = build_model()
+        self.model = build_model() if model is None else model
+        self.steps = engine_steps(self.model, CONTROL_STEP)
         self._batch, self._eye = (Batch(_without(self.model, part), worlds, threads) for part in (_SENSORS, _CONSTRAINTS))
         self._fresh = self._batch.state[0].copy()  # a world without a past: no warm start of the solver either
         self._qpos, self._qvel, self._ctrl, self._wrench = (self._batch.bind(name) for name in ("qpos", "qvel", "ctrl", "xfrc_applied"))
@@ -71,7 +81,7 @@ class CpuPhysics:
 
     def _advance(self) -> None:
         """Simulate one control step."""
-        self._batch.step(nstep=SUBSTEPS)
+        self._batch.step(nstep=self.steps)
 
     def _show(self, worlds: np.ndarray | slice = _ALL) -> None:
         """Tell the eye where worlds are and how they move."""
@@ -134,7 +144,7 @@ class FilmedPhysics(CpuPhysics):
     def _advance(self) -> None:
         self.film = []
         for _ in range(FRAMES_PER_STEP):
-            self._batch.step(nstep=SUBSTEPS // FRAMES_PER_STEP)
+            self._batch.step(nstep=engine_steps(self.model, 1.0 / FPS))
             self.film.append(self.motion())
 
 

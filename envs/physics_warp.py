@@ -11,7 +11,9 @@ from configs.errors import InputError
 from datasets.body_state import BodyState
 from datasets.humanoid import BODY_COUNT
 from envs.humanoid_mjcf import build_model
-from envs.physics_cpu import MAX_SPEED, SUBSTEPS
+from envs.mimic_spec import CONTROL_STEP
+from envs.physics import engine_steps
+from envs.physics_cpu import MAX_SPEED
 
 CONTACTS = 64  # for which there is room, in all worlds together, for each of them; a random policy's bodies have 12
 CONSTRAINTS = 256  # rows of the solver for which there is room in each world: 64 contacts; a random policy's bodies have up to 84 rows
@@ -111,7 +113,7 @@ class WarpPhysics:
         return model
 
     def _step(self) -> None:
-        for _ in range(SUBSTEPS):
+        for _ in range(engine_steps(self.model, CONTROL_STEP)):
             self._engine.step(self._moving, self._data)
 
     def _measure(self) -> None:

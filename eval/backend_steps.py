@@ -8,8 +8,8 @@ import numpy as np
 import torch
 
 from datasets.motion_library import MotionLibrary
-from envs.mimic_spec import MimicSpec
-from envs.physics_cpu import SUBSTEPS
+from envs.mimic_spec import CONTROL_STEP, MimicSpec
+from envs.physics import engine_steps
 from envs.torch_env import AdaptMimicTorchEnv
 from envs.vector_env import AdaptMimicVectorEnv
 
@@ -103,7 +103,7 @@ class _Cause:
         mujoco.mj_resetData(self._model, self._data)
         self._data.qpos[:], self._data.qvel[:], self._data.ctrl[:] = pose, speed, targets
         nearest = np.inf
-        for _ in range(SUBSTEPS):
+        for _ in range(engine_steps(self._model, CONTROL_STEP)):
             mujoco.mj_step1(self._model, self._data)
             heights, upper = self._corners()
             if (upper & (heights < 0.0)).any():

@@ -16,9 +16,9 @@ from envs.gym_env import motion_library
 from envs.physics_warp import libraries
 from eval.backend_episodes import COMPARED, STEPS, EpisodePairs, episode_pairs
 from eval.backend_steps import KINDS, StepDifferences, step_differences
-from eval.run import load_policy
 from trainers.device import device_of
 from trainers.play import zero_residual
+from trainers.policy_file import load_policy
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -13,7 +13,7 @@ from datasets.motion_library import MotionLibrary
 from envs.gym_env import motion_library
 from envs.humanoid_mjcf import build_model
 from envs.mimic_spec import MimicSpec
-from envs.physics_cpu import SUBSTEPS, CpuPhysics
+from envs.physics_cpu import CpuPhysics
 from envs.vector_env import AdaptMimicVectorEnv
 from eval.speed import Contender, Speed, interleave
 
@@ -63,7 +63,7 @@ class BareBatch:
         qpos, ctrl = self._batch.bind("qpos"), self._batch.bind("ctrl")
         for count, targets in enumerate(self._tape.targets):
             ctrl[:] = targets
-            self._batch.step(nstep=SUBSTEPS)
+            self._batch.step(nstep=self._tape.steps)
             for worlds, states in self._tape.resets[count + 1]:
                 self._batch.state[worlds] = states
         _check_same_way(qpos, self._tape)
@@ -87,7 +87,7 @@ class BareStep:
         model, data = self._model, self._data
         for count, targets in enumerate(self._tape.targets):
             data.ctrl[:] = targets[0]
-            mujoco.mj_step(model, data, SUBSTEPS)
+            mujoco.mj_step(model, data, self._tape.steps)
             for _, states in self._tape.resets[count + 1]:
                 mujoco.mj_setState(model, data, states[0], _STATE)
         _check_same_way(data.qpos[None], self._tape)
@@ -172,7 +172,7 @@ def _single_pair(library: MotionLibrary, steps: int) -> tuple[Contender, Contend
     return (
         Contender("single env", 'gymnasium.make("AdaptMimic-v0")', run, tape.rewind, "bare mj_step"),
         Contender(
-            "bare mj_step", f"mujoco.mj_step(model, data, {SUBSTEPS}) alone, through the same states and controls", bare.run, bare.prepare
+            "bare mj_step", f"mujoco.mj_step(model, data, {tape.steps}) alone, through the same states and controls", bare.run, bare.prepare
         ),
     )
 

@@ -19,9 +19,9 @@ from eval.clean_study_page import GROUPS, clean_notes, clean_plots
 from eval.cleaner import Cleaner
 from eval.files import write_whole
 from eval.root_tests import FOLDERS, check_recordings
-from eval.run import load_policy
 from eval.study_page import Study
 from eval.suit_study import REAL_CLIPS
+from trainers.policy_file import load_policy
 from trainers.run_log import make_console
 
 POLICIES = "policies"  # folder below the study's: policies to hold beside the package's

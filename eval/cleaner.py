@@ -21,7 +21,7 @@ from datasets.unsupported import Span, off_the_ground
 from envs.mimic_spec import FPS, MimicSpec
 from eval.clean_motion import give_root, inside, perform, repair
 from eval.cleaned import Cleaned
-from eval.run import load_policy
+from trainers.policy_file import load_policy
 
 KEPT = 0.05  # trust below which a frame has nothing of physics in it
 

@@ -9,6 +9,7 @@ from agents.policy import Policy
 from trainers.device import device_of, name_of
 from trainers.motions import PreparedMotions
 from trainers.play import Act, play, protocol, zero_residual
+from trainers.policy_file import INITIAL
 from trainers.ppo_config import PpoConfig
 from trainers.progress import Clock
 from trainers.run_log import commit_of_code
@@ -29,6 +30,7 @@ class ModelSelection:
             folder: Of the run.
         """
         self._config, self._motions, self._file = config, motions, folder / "best" / "policy.safetensors"
+        self._initial = folder / INITIAL
         self._library = motions.holdout
         self._rollouts, _ = protocol(self._library, EVERY_OFFSET)
         if not len(self._rollouts.clip):
@@ -68,11 +70,14 @@ class ModelSelection:
 
     def _card(self, score: dict[str, float], clock: Clock, curve: list[dict[str, float]]) -> dict[str, Any]:
         training = self._motions.training.clips
+        before: dict[str, Any] = Policy.load(self._initial)[1] if self._initial.exists() else {}
+        earlier = {"begun_from": {name: before[name] for name in ("motions", "samples", "hours", "code")}} if before else {}
         return {
+            **earlier,
             "task": asdict(self._config.task),
             "motions": self._config.data.motions,
-            "clips": sorted({clip.name for clip in training}),
-            "performers": sorted({clip.performer for clip in training}),
+            "clips": sorted({clip.name for clip in training}.union(before.get("clips", ()))),
+            "performers": sorted({clip.performer for clip in training}.union(before.get("performers", ()))),
             "held_out": self._motions.held_out,
             "holdout_metrics": score,
             "samples": clock.samples,

@@ -14,6 +14,7 @@ from trainers.command_line import run_training
 from trainers.crew import crew
 from trainers.device import device_of
 from trainers.motions import prepare_motions
+from trainers.policy_file import initial_policy
 from trainers.ppo_config import PpoConfig
 from trainers.ppo_log import PpoLog
 from trainers.ppo_run import PpoRun
@@ -28,7 +29,7 @@ def train(config: PpoConfig, resume: bool) -> Path:
     log = PpoLog(folder, make_console(), config)
     if resume and load_newest(folder / "checkpoints") is None:
         raise InputError(f"there is no checkpoint to resume in {folder}/checkpoints; start without --resume")
-    device = _device(config)
+    device, initial = _device(config), None if resume else initial_policy(config)
     make_folder(Path(config.runs_dir))  # before minutes are spent
     motions = prepare_motions(config.data, Path(config.runs_dir) / "cache", log.say)
     if not resume:
@@ -42,6 +43,8 @@ def train(config: PpoConfig, resume: bool) -> Path:
         run = PpoRun(config, motions, folder, log, learner, pool)
         if resume:
             run.resume()
+        if initial:
+            run.begin_with(*initial)
         save_config(config, folder / "config.yaml")
         log.begin(run.clock.samples)
         log.say(f"{len(motions.training.clips)} training clips; held out: {motions.held_out}; code {commit_of_code()}")

@@ -183,6 +183,7 @@ class PpoConfig:
         minutes: Wall-clock limit after which it ends; 0 is none.
         evaluate_every: Iterations between evaluations on the held-out performer.
         checkpoint_every: Iterations between checkpoints.
+        init: Policy file that the training begins with, its normaliser included; a fresh policy if empty.
         seed: Of networks, actions and start frames.
     """
 
@@ -200,6 +201,7 @@ class PpoConfig:
     minutes: float = 0.0
     evaluate_every: int = 400
     checkpoint_every: int = 50
+    init: str = ""
     seed: int = 0
 
     def __post_init__(self) -> None:

@@ -5,11 +5,14 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
+from agents.policy import Policy
 from configs.errors import InputError, RunError
 from trainers.checkpoint import Checkpoints
 from trainers.device import device_of
+from trainers.learner_state import arrays_of
 from trainers.model_selection import CHOSEN_BY, ModelSelection
 from trainers.motions import PreparedMotions
+from trainers.policy_file import INITIAL
 from trainers.ppo_config import PpoConfig
 from trainers.ppo_learner import DivergedError
 from trainers.ppo_log import PpoLog
@@ -46,6 +49,7 @@ class PpoRun:
         self._config, self._motions, self._log = config, motions, log
         self.checkpoints = Checkpoints(folder / "checkpoints", log.say)
         self._learner, self._pool = learner, pool
+        self._initial = folder / INITIAL
         self._selection = ModelSelection(config, motions, folder)
         self._simulator = "cpu" if config.physics == "cpu" else f"warp on {device_of(config.device)}"
         self._lost = 0  # learners, since the last iteration
@@ -77,6 +81,16 @@ class PpoRun:
         self.clock = Clock(**tree["clock"])
         self.clock = replace(self.clock, best=max(self.clock.best, self._selection.best))
         self._log.say(f"going on from {path}, at {self.clock.samples:,} samples")
+
+    def begin_with(self, policy: Policy, card: dict[str, Any]) -> None:
+        """Begin with a policy that was trained before; it is kept in the run's folder."""
+        held_out = self._motions.held_out
+        if held_out in card["performers"]:
+            self._log.say(f"{self._config.init} was trained on {held_out}, too: whom this run holds out it has seen")
+        policy.save(self._initial, card)
+        self._learner.set_state(self._learner.get_state() | {"network": arrays_of(policy.state_dict())})
+        self._log.say(f"beginning with {self._config.init}, of {card['samples']:,} samples")
+        self.save()  # a learner that is lost before the next checkpoint goes on from here
 
     def score_zero_residual(self) -> None:
         """Tell what correcting nothing would score."""

@@ -6,6 +6,8 @@ import pytest
 
 from datasets.humanoid import CENTRES, HINGE_NAMES, MASSES, NAMES
 from envs.humanoid_mjcf import HINGE_KP, HINGE_KV, build_model, drive
+from envs.mimic_spec import CONTROL_STEP
+from envs.physics import engine_steps
 from tests.builders import STANDING, hinge
 
 HIGH = 5.0  # m, where nothing is touched
@@ -40,9 +42,26 @@ def test_sizes_and_order(model: mujoco.MjModel) -> None:
     assert model.actuator_trnid[:, 0].tolist() == list(range(1, 44))
 
 
-def test_rates_are_the_thesis_s(model: mujoco.MjModel) -> None:
-    # 60 Hz with 2 substeps.
-    assert model.opt.timestep == pytest.approx(1 / 120)
+def test_a_frame_of_the_reference_is_a_whole_number_of_engine_steps(model: mujoco.MjModel) -> None:
+    assert engine_steps(model, 1.0 / 60.0) == 4
+    assert engine_steps(model, CONTROL_STEP) == 8
+    odd = build_model()
+    odd.opt.timestep = 1.0 / 100.0
+    with pytest.raises(ValueError, match=r"time step is 0\.01 s, should be a whole part of 0\.0166667 s"):
+        engine_steps(odd, 1.0 / 60.0)
+
+
+def test_contacts_are_no_stiffer_than_the_engine_resolves(model: mujoco.MjModel) -> None:
+    # MuJoCo raises a time constant below two steps to two steps, without a word.
+    assert np.allclose(model.geom_solref, [0.00875, 1.0])
+    assert model.geom_solref[:, 0].min() >= 2.0 * model.opt.timestep
+
+
+def test_ankles_and_toes_have_the_inertia_of_their_motors(model: mujoco.MjModel) -> None:
+    heavy = [hinge(f"{part}_{side}_{axis}") for part in ("foot", "toe") for side in "lr" for axis in "xyz"]
+    expected = np.full(43, 0.02)
+    expected[heavy] = 0.1
+    assert np.allclose(model.dof_armature[6:], expected)
 
 
 def test_masses_and_centres_are_the_humanoids(model: mujoco.MjModel) -> None:
@@ -53,17 +72,28 @@ def test_masses_and_centres_are_the_humanoids(model: mujoco.MjModel) -> None:
 
 def test_motors_are_pd_controllers_with_a_limit(model: mujoco.MjModel) -> None:
     # Eq. 4.1 with e = target - angle: knee, kp 500, kv 25: 500 x (0.3 - 0.2) - 25 x 0.4 = 40 Nm. Head, kp 100: the limit of 60 Nm
-    # is reached at an error of 0.6 rad.
+    # is reached at an error of 0.6 rad. Beside the motors' damping joints have 0.5 Nm s/rad of their own: 0.2 Nm at 0.4 rad/s.
     data = mujoco.MjData(model)
     data.qpos[:4] = [0, 0, HIGH, 1.0]
     knee, nod = hinge("shin_l_y"), hinge("head_y")
     data.qpos[7 + knee], data.qvel[6 + knee] = 0.2, 0.4
     data.ctrl[knee], data.ctrl[nod] = 0.3, 2.0
     mujoco.mj_forward(model, data)
-    assert data.actuator_force[knee] == pytest.approx(40.0)
-    assert data.actuator_force[nod] == pytest.approx(60.0)
-    others = np.delete(data.actuator_force, [knee, nod])
+    torques = (data.qfrc_actuator + data.qfrc_damper)[6:]
+    assert torques[knee] == pytest.approx(40.0 - 0.2)
+    assert torques[nod] == pytest.approx(60.0)
+    others = np.delete(torques, [knee, nod])
     assert not others.any()
+
+
+def test_the_limit_takes_no_damping_away(model: mujoco.MjModel) -> None:
+    # Head: 60 Nm, however fast it turns; damping 0.05 x 100 + 0.5 at 2 rad/s is 11 Nm against it.
+    data = mujoco.MjData(model)
+    data.qpos[:4] = [0, 0, HIGH, 1.0]
+    nod = hinge("head_y")
+    data.qvel[6 + nod], data.ctrl[nod] = 2.0, 3.0
+    mujoco.mj_forward(model, data)
+    assert (data.qfrc_actuator + data.qfrc_damper)[6 + nod] == pytest.approx(60.0 - 11.0)
 
 
 def test_gains_by_hinge() -> None:

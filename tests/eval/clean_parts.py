@@ -12,8 +12,8 @@ from datasets.humanoid import local_rotations
 from datasets.motion import BodyMotion
 from envs.mimic_spec import MimicSpec
 from eval import crowd
-from eval.run import CARD
 from tests.builders import hinge, posed
+from trainers.policy_file import CARD
 
 SPEC = MimicSpec(frame="heading", com_error=True, preview=(1,), feed_forward=True)
 

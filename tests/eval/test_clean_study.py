@@ -20,11 +20,11 @@ from eval.clean_cases import CLEAN, REAL, SUITS, Case, Result, clean_case, from_
 from eval.clean_findings import clean_findings
 from eval.clean_rows import NO_PHYSICS, SHIPPED, clean_rows
 from eval.cleaner import Cleaner
-from eval.run import CARD
 from eval.study import main
 from eval.study_page import study_text
 from eval.suit_study import REAL_CLIPS
 from tests.builders import as_bvh, posed
+from trainers.policy_file import CARD
 
 WITHOUT = Cleaner(None, MimicSpec(), 1)
 

@@ -88,6 +88,35 @@ def test_other_motion_is_not_resumed(tiny: PpoConfig, monkeypatch: pytest.Monkey
         ppo.train(replace(tiny, data=replace(tiny.data, seed=1)), resume=True)
 
 
+def test_a_run_begins_with_the_policy_of_a_file(tiny: PpoConfig, monkeypatch: pytest.MonkeyPatch) -> None:
+    first = ppo.train(tiny, resume=False) / "best" / "policy.safetensors"
+    policy, card = Policy.load(first)
+    policy.save(first, card | {"clips": ["elsewhere"], "performers": ["eve"], "samples": 7})
+    with monkeypatch.context() as patch:
+        patch.setattr(ppo.Stop, "asked", True)  # before the first iteration
+        begun = final_state(ppo.train(replace(tiny, name="second", init=str(first)), resume=False))
+    same({name: tensor.numpy() for name, tensor in policy.state_dict().items()}, begun["learner"]["network"])
+    assert begun["clock"]["samples"] == 0
+    # Whatever the first policy was trained on the second one's card names as well.
+    folder = ppo.train(replace(tiny, name="second", init=str(first)), resume=False)
+    _, now = Policy.load(folder / "best" / "policy.safetensors")
+    assert {"elsewhere", "eve"} < {*now["clips"], *now["performers"]}
+    assert now["begun_from"]["samples"] == 7
+
+
+def test_a_policy_of_another_task_or_network_is_no_beginning(tiny: PpoConfig) -> None:
+    first = ppo.train(tiny, resume=False) / "best" / "policy.safetensors"
+    other_task = replace(tiny, task=replace(tiny.task, smoothing=0.5), init=str(first))
+    with pytest.raises(InputError, match=r"init=.*policy\.safetensors was trained with task\.smoothing=0\.2, this run has 0\.5"):
+        ppo.train(other_task, resume=False)
+    with pytest.raises(InputError, match=r"trained with network\.hidden=\[16\], this run has \[8\]"):
+        ppo.train(replace(tiny, network=replace(tiny.network, hidden=(8,)), init=str(first)), resume=False)
+    # What a bad habit costs changes what is learnt, not what is seen or done.
+    ppo.train(replace(tiny, name="priced", task=replace(tiny.task, foot_slip=0.5), init=str(first)), resume=False)
+    with pytest.raises(InputError, match="there is no policy at nowhere"):
+        ppo.train(replace(tiny, init="nowhere"), resume=False)
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 @pytest.mark.parametrize("actors", [0, 1])
 @pytest.mark.slow
