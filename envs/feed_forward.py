@@ -13,7 +13,7 @@ from scipy.optimize import nnls
 from datasets.humanoid import BODIES, FEET
 from datasets.kinematics import linear_velocity
 from datasets.motion_library import MotionLibrary
-from envs.humanoid_mjcf import FRICTION, HINGE_KP, HINGE_KV, build_model
+from envs.humanoid_mjcf import HINGE_KP, HINGE_KV, build_model
 
 SMOOTH = 0.05  # s, standard deviation of the average over which accelerations are taken
 NEAR_GROUND = 0.08  # m, above the lowest sole point: what is higher bears nothing
@@ -22,8 +22,8 @@ SHY = 0.01  # m, height of a sole point at which force is asked of it half as re
 EFFORT = 0.03  # of a Newton on the ground against a Newton of the root left unexplained
 LEVER = 2.0  # 1/m, weight of the root's unexplained torque against force
 LIMIT = 1.0  # rad
-# Pyramid of friction, a margin inside the cone: what slips in the plan slips in the simulation.
-_EDGES = np.array([[x, y, 1.0] for x, y in 0.8 * FRICTION[0] * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])])
+FRICTION = 0.8  # that is counted on, well inside the model's: what slips in the plan slips in the simulation
+_EDGES = np.array([[x, y, 1.0] for x, y in FRICTION * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])])  # of the pyramid
 
 
 def with_feed_forward(library: MotionLibrary) -> MotionLibrary:

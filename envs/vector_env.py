@@ -1,5 +1,6 @@
 """The native vector env: many mimicking humanoids in one process, NumPy in and out, stepped by threads."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,7 @@ class AdaptMimicVectorEnv(Worlds):
         autoreset_mode: AutoresetMode = AutoresetMode.SAME_STEP,
         clip_weights: np.ndarray | None = None,
         adaptive_starts: bool = False,
-        physics: type[CpuPhysics] = CpuPhysics,
+        physics: Callable[[int, int], CpuPhysics] = CpuPhysics,
     ) -> None:
         """Build the simulations.
 
@@ -40,7 +41,7 @@ class AdaptMimicVectorEnv(Worlds):
             autoreset_mode: SAME_STEP or DISABLED.
             clip_weights: How often each clip is drawn; by length if None, shape (clips,).
             adaptive_starts: Whether episodes begin more often where they fail, instead of at any frame alike.
-            physics: What simulates the worlds.
+            physics: What simulates the worlds, from their number and that of threads.
 
         Raises:
             ValueError: If the library's rate is not 60 fps or the autoreset mode is another.

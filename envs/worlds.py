@@ -79,6 +79,11 @@ class Worlds(VectorEnv):
         """Rows of the library where the worlds' references are now, shape (N,)."""
         return self._row
 
+    @property
+    def episode_steps(self) -> Array:
+        """Control steps that the episodes can last at most, shape (N,)."""
+        return (self._last - self._first) // FRAMES_PER_STEP
+
     def _advance(self, newest: Array, broken: Array | bool = False) -> tuple[Array, Outcome, dict[str, Any]]:
         """Advance every world by one control step.
 

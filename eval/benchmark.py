@@ -13,6 +13,7 @@ from configs.command import exit_code_of
 from configs.errors import InputError
 from datasets.sources import SYNTHETIC
 from eval.benchmark_clean import benchmark_clean
+from eval.benchmark_contact import benchmark_contact
 from eval.benchmark_env import benchmark_env
 from eval.benchmark_learner import benchmark_learner
 from eval.benchmark_live import benchmark_live
@@ -25,6 +26,7 @@ from eval.speed import Speed
 
 BENCHMARKS: dict[str, Callable[[str, int, Callable[[], None]], Speed]] = {
     "clean": benchmark_clean,
+    "contact": benchmark_contact,
     "env": benchmark_env,
     "learner": benchmark_learner,
     "live": benchmark_live,
@@ -33,6 +35,7 @@ BENCHMARKS: dict[str, Callable[[str, int, Callable[[], None]], Speed]] = {
     "train": benchmark_train,
     "worlds": benchmark_worlds,
 }
+DRAWN = ("contact",)  # benchmarks that draw a picture
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -42,6 +45,7 @@ def main(arguments: list[str] | None = None) -> int:
     )
     parser.add_argument("name", choices=sorted(BENCHMARKS), help="which benchmark")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there as well")
+    parser.add_argument("--plot", type=Path, metavar="FILE", help=f"write a picture there, PNG ({', '.join(DRAWN)})")
     parser.add_argument("--motions", default=SYNTHETIC, metavar="PATH", help="motion source (default: synthetic)")
     parser.add_argument("--rounds", type=int, default=20, help="rounds of which medians are taken (default: 20)")
     options = parser.parse_args(arguments)
@@ -54,14 +58,19 @@ def _run(options: argparse.Namespace) -> None:
     Console().print(speed.table(), *speed.notes)
     if options.json:
         write_whole(options.json, json.dumps(speed.summary(), indent=2) + "\n")
+    if options.plot:
+        write_whole(options.plot, speed.picture)
 
 
 def _check(options: argparse.Namespace) -> None:
     """Raise what is wrong before a minute is spent."""
     if options.rounds < 1:
         raise InputError(f"--rounds is {options.rounds}, should be 1 or more")
-    if options.json and not options.json.absolute().parent.is_dir():
-        raise InputError(f"--json {options.json}: there is no folder {options.json.absolute().parent}")
+    if options.plot and options.name not in DRAWN:
+        raise InputError(f"--plot {options.plot}: the benchmark {options.name} draws nothing, {', '.join(DRAWN)} does")
+    for option, file in (("--json", options.json), ("--plot", options.plot)):
+        if file and not file.absolute().parent.is_dir():
+            raise InputError(f"{option} {file}: there is no folder {file.absolute().parent}")
 
 
 def _measure(options: argparse.Namespace) -> Speed:

@@ -42,6 +42,7 @@ class Speed:
         waits: Of contenders of which somebody waits for each call, seconds of the calls of all rounds, by name, shape (calls,).
         details: What else was found, by name: JSON values beside the rates.
         notes: The same for people: tables and lines that are printed below the rates.
+        picture: The same as PNG; empty where nothing is drawn.
     """
 
     benchmark: str
@@ -53,6 +54,7 @@ class Speed:
     waits: dict[str, np.ndarray] = field(default_factory=dict)
     details: dict[str, Any] = field(default_factory=dict)
     notes: Sequence[Table | str] = field(default_factory=tuple)
+    picture: bytes = b""
 
     def rate(self, name: str) -> float:
         """Return the median rate of a contender."""
