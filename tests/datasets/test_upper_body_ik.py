@@ -114,14 +114,35 @@ def test_a_wrist_that_turns_all_the_way_round_never_makes_the_elbow_jump() -> No
     assert elbow[:, 0].max() < 0.35  # and never leads
 
 
+def hanging_elbows(positions: np.ndarray, side: str) -> np.ndarray:
+    """Return where elbows would be if they hung straight down from the line from shoulder to wrist [m], shape (T, 3)."""
+    shoulder, wrist = positions[:, BODY[f"upper_arm_{side}"]], positions[:, BODY[f"hand_{side}"]]
+    line = wrist - shoulder
+    length = np.linalg.norm(line, axis=1, keepdims=True)
+    along = line / length
+    foot = (0.28**2 - 0.25**2 + length**2) / (2.0 * length)  # from the shoulder, of the elbow's height over the line
+    down = -UP - along * (-along[:, 2:])
+    return shoulder + foot * along + np.sqrt(0.28**2 - foot**2) * down / np.linalg.norm(down, axis=1, keepdims=True)
+
+
 @pytest.mark.shared_data
 def test_real_clips(shared_data: Path) -> None:
-    elbows, hands = [], []
+    # Which way an elbow points no tracker measures. One that is thought to hang is 50 to 140 mm off in walks, jumps, salsa and ballet; how
+    # hands turn and where elbows are at ease has to tell three quarters of that. Hands are where they are asked to be, but for arms that
+    # are straight or nearly so, whose last 20 degrees give way softly, lest the elbow snaps, and for those folded up altogether.
+    off: dict[str, list[tuple[float, float]]] = {}
     for clip in load_clips(shared_data / "cmu/test", fps=45.0):
-        joints = tracker_poses(clip)
-        again = replace(clip, local_rotations=upper_body_pose(joints))
-        away = np.linalg.norm(body_poses(again)[0] - body_poses(clip)[0], axis=-1)
-        elbows.append(away[:, [BODY["forearm_l"], BODY["forearm_r"]]])
-        hands.append(away[:, [BODY["hand_l"], BODY["hand_r"]]])
-    assert np.concat(elbows).mean() < 0.013  # m; two trackers less tell no more of it
-    assert np.percentile(np.concat(hands), 99.0) < 0.002
+        posed = replace(clip, local_rotations=upper_body_pose(tracker_poses(clip)))
+        again, true = body_poses(posed)[0], body_poses(clip)[0]
+        for side in "lr":
+            hand, elbow = BODY[f"hand_{side}"], BODY[f"forearm_{side}"]
+            guesses = again[:, elbow], hanging_elbows(true, side)
+            ours, hanging = (float(np.linalg.norm(guess - true[:, elbow], axis=-1).sum()) for guess in guesses)
+            off.setdefault(clip.performer, []).append((ours, hanging))
+            flexion = np.degrees(angle(posed.local_rotations[:, elbow]))
+            bent = (flexion > 20.0) & (flexion < 179.0)
+            assert np.linalg.norm(again[bent, hand] - true[bent, hand], axis=-1).max(initial=0.0) < 1e-6
+    assert set(off) == {"CMU01", "CMU05", "CMU61"}
+    for performer, sums in off.items():
+        ours, hanging = np.sum(sums, axis=0)
+        assert ours < 0.25 * hanging, performer

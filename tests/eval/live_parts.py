@@ -20,6 +20,7 @@ HOST = "127.0.0.1"
 CALIBRATION, WARM = 3, 2  # frames
 SCALE = 1.25
 NOWHERE = 90.0  # m, along x
+CALM = Limits(window=600.0)  # nobody is told of a wrong rate: how quickly a busy machine gets on is no matter of these tests
 HELLO = {"lobstr": 1, "axes": "z-up"}
 STANDING = {  # metres, quaternions wxyz
     "head": [0.0, 0.0, 1.7, 1.0, 0.0, 0.0, 0.0],
@@ -137,7 +138,7 @@ async def serving(users: int = 4, limits: Limits | None = None, record: Path | N
     """Serve cheap bodies on a free port of this machine."""
     notes: list[str] = []
     recorder = Recorder(record, notes.append, minutes) if record else None
-    server = LiveServer(CheapBodies(users), recorder, notes.append, limits=limits or Limits())
+    server = LiveServer(CheapBodies(users), recorder, notes.append, limits=limits or CALM)
     service = Service(server, await server.start(HOST, 0), notes)
     faults: list[dict[str, Any]] = []
     asyncio.get_running_loop().set_exception_handler(lambda _, context: faults.append(context))

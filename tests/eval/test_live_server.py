@@ -4,12 +4,13 @@ import asyncio
 import json
 import socket
 import time
-from contextlib import suppress
+from contextlib import closing, suppress
+from dataclasses import replace
 
 from eval.live_pace import Limits
 from eval.live_protocol import MAX_LINE
 from eval.live_server import STRANGERS
-from tests.eval.live_parts import CALIBRATION, HELLO, HOST, SCALE, STANDING, WARM, CheapBodies, Client, Service, run, serving
+from tests.eval.live_parts import CALIBRATION, CALM, HELLO, HOST, SCALE, STANDING, WARM, CheapBodies, Client, Service, run, serving
 
 
 async def goes_on(client: Client) -> None:
@@ -131,7 +132,7 @@ def test_each_user_has_a_place_of_its_own() -> None:
 
 def test_wrong_lines_are_told_and_forgiven() -> None:
     async def test() -> None:
-        async with serving(limits=Limits(bad=20)) as service:
+        async with serving(limits=replace(CALM, bad=20)) as service:
             good, bad = await service.client(), await service.client()
             for wrong, told in (
                 (b"nonsense\n", "no JSON"),
@@ -241,7 +242,7 @@ def test_frames_that_wait_are_answered_before_the_end() -> None:
 
 def test_who_is_silent_is_sent_away() -> None:
     async def test() -> None:
-        async with serving(limits=Limits(idle=0.4)) as service:
+        async with serving(limits=replace(CALM, idle=0.4)) as service:
             stranger, silent, good = await service.connect(), await service.client(), await service.client()
             gone = asyncio.gather(stranger.last_words(), silent.last_words())
             while not gone.done():
@@ -258,9 +259,8 @@ def test_who_is_silent_is_sent_away() -> None:
 
 def test_who_does_not_read_is_dropped() -> None:
     async def test() -> None:
-        async with serving(limits=Limits(behind=100_000, flood=1e9, unread=32 * 1024)) as service:
+        async with serving(limits=replace(CALM, behind=100_000, flood=1e9, unread=32 * 1024)) as service, closing(socket.socket()) as deaf:
             good = await service.client()
-            deaf = socket.socket()
             deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
             deaf.setblocking(False)
             loop = asyncio.get_running_loop()
@@ -275,7 +275,6 @@ def test_who_does_not_read_is_dropped() -> None:
                 assert number < 50_000
             assert "user 2: does not read its answers: 32768 bytes wait" in service.notes
             await goes_on(good)
-            deaf.close()
 
     run(test())
 
