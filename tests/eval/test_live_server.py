@@ -4,7 +4,7 @@ import asyncio
 import json
 import socket
 import time
-from contextlib import closing, suppress
+from contextlib import suppress
 from dataclasses import replace
 
 from eval.live_pace import Limits
@@ -258,8 +258,8 @@ def test_who_is_silent_is_sent_away() -> None:
 
 
 def test_who_does_not_read_is_dropped() -> None:
-    async def test() -> None:
-        async with serving(limits=replace(CALM, behind=100_000, flood=1e9, unread=32 * 1024)) as service, closing(socket.socket()) as deaf:
+    async def test(deaf: socket.socket) -> None:
+        async with serving(limits=replace(CALM, behind=100_000, flood=1e9, unread=32 * 1024)) as service:
             good = await service.client()
             deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
             deaf.setblocking(False)
@@ -276,7 +276,8 @@ def test_who_does_not_read_is_dropped() -> None:
             assert "user 2: does not read its answers: 32768 bytes wait" in service.notes
             await goes_on(good)
 
-    run(test())
+    with socket.socket() as deaf:
+        run(test(deaf))
 
 
 def test_a_wrong_rate_is_told_once() -> None:
