@@ -202,7 +202,8 @@ def test_a_flood_is_dropped_and_nobody_else_waits() -> None:
                 await asyncio.sleep(0.005)
             told = flooding.result()[-1]
             assert told["closing"]
-            assert told["error"].startswith("a flood: more than 180 lines a second")
+            # Both limits are 450 lines: which is met first depends on whether any was answered meanwhile.
+            assert told["error"].startswith(("a flood: more than 180 lines a second", "450 frames wait: more come than can be answered"))
             assert len(flooding.result()) < 1000  # of its 20,000 frames
             assert waiting <= 450  # what is kept of a flood
             assert sorted(delays)[len(delays) // 2] < 0.1
