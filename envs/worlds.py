@@ -12,7 +12,7 @@ from datasets.body_state import BodyState
 from datasets.motion_library import MotionLibrary, Reference
 from datasets.rotation import Array, namespace
 from envs.assist import assist
-from envs.episode_metrics import EpisodeMetrics
+from envs.episode_metrics import EpisodeMetrics, body_error
 from envs.feed_forward import with_feed_forward
 from envs.mimic_spec import FPS, FRAMES_PER_STEP, MimicSpec
 from envs.motors import Motors
@@ -107,7 +107,8 @@ class Worlds(VectorEnv):
         self.physics_failures += failed.sum()
         agent = self.physics.bodies()
         outcome = judge(self.task, agent, reference, self._action - before, failed, self._row + FRAMES_PER_STEP > self._last)
-        self._metrics.add(outcome.imitation, outcome.root, reference.observed.pos[:, 0], reference.truth_root + self._anchor)
+        roots = outcome.root, reference.observed.pos[:, 0], reference.truth_root + self._anchor
+        self._metrics.add(outcome.imitation, *roots, body_error(agent, reference.observed))
         info = {f"reward/{name}": term for name, term in outcome.terms._asdict().items()} | {"physics_failed": failed}
         return self._observe(agent, reference), outcome, info
 

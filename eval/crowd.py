@@ -17,6 +17,7 @@ from datasets.body_state import BodyState
 from datasets.humanoid import HEAD, HINGE_COUNT
 from datasets.motion import BodyMotion
 from datasets.motion_library import MotionLibrary, Observed
+from envs.episode_metrics import body_error
 from envs.mimic_spec import FRAMES_PER_STEP, MimicSpec
 from envs.physics_cpu import FilmedPhysics
 from envs.vector_env import AdaptMimicVectorEnv
@@ -87,7 +88,7 @@ class Crowd:
                 observation, reward, terminated, _, _ = env.step(self._actions(observation, leaders))
                 film += [_film(frame) for frame in self._physics.film]
                 score = DISCOUNT * score + reward
-                lasted += (lasted == step) & ~terminated & (distance(self._physics.bodies(), self._observed()) < ASTRAY)
+                lasted += (lasted == step) & ~terminated & (body_error(self._physics.bodies(), self._observed()) < ASTRAY)
             done += len(film) // FRAMES_PER_STEP
             rounds.append(_Round(parents, np.stack(film, axis=1)))
             there = FRAMES_PER_STEP * lasted == len(film)
@@ -116,7 +117,7 @@ class Crowd:
         agent, observed = self._physics.bodies(), self._observed()
         errors = (agent.com - observed.com, agent.com_vel - observed.com_vel)
         com, speed, head = (np.linalg.norm(e, axis=1) for e in (*errors, _from_com(agent) - _from_com(observed)))
-        pose = POSE_ERROR * distance(agent, observed)
+        pose = POSE_ERROR * body_error(agent, observed)
         return score + DISCOUNT * ahead - pose - COM_ERROR * com - COM_SPEED_ERROR * speed - HEAD_ERROR * head
 
 
@@ -125,12 +126,6 @@ class _Round(NamedTuple):
 
     parents: np.ndarray
     film: np.ndarray
-
-
-def distance(agent: BodyState, observed: Observed) -> np.ndarray:
-    """Return the mean distance of the bodies from the reference's, roots aligned [m], shape (N,)."""
-    error = agent.pos - observed.pos
-    return np.linalg.norm(error - error[:, :1], axis=-1).mean(axis=-1)
 
 
 def _from_com(bodies: BodyState | Observed) -> np.ndarray:

@@ -8,10 +8,10 @@ from gymnasium.vector import AutoresetMode
 
 from datasets.humanoid import FEET
 from datasets.motion_library import MotionLibrary
+from envs.episode_metrics import body_error
 from envs.mimic_spec import CONTROL_STEP, MimicSpec
 from envs.physics_cpu import CpuPhysics
 from envs.vector_env import AdaptMimicVectorEnv
-from eval.crowd import distance
 from trainers.play import Act
 
 SLIPS = 0.1  # m/s, from which on a contact is said to slip
@@ -147,7 +147,7 @@ def watch(model: mujoco.MjModel, library: MotionLibrary, spec: MimicSpec, act: A
     errors = []
     while physics.watched.any():
         observation, _, terminated, truncated, _ = env.step(act(observation))
-        off = distance(physics.bodies(), env.library.at(env.rows).observed)
+        off = body_error(physics.bodies(), env.library.at(env.rows).observed)
         errors.append(np.where(physics.watched, off, np.nan))
         physics.watched &= ~(terminated | truncated)
     contacts = Contacts(*(np.concat(parts) for parts in zip(*physics.seen, strict=True)))

@@ -23,6 +23,7 @@ TRACKING = {
     "sr90": Metric("ratio", 3, "higher", "share of rollouts that last at least 0.9 of it"),
     "max_reward_ratio": Metric("ratio", 3, "higher", "reward gathered, of the most possible"),
     "root_mse": Metric("m²", 4, "lower", "squared distance of the root from the reference's, while it lasts"),
+    "body_error": Metric("mm", 1, "lower", "distance of the bodies from the reference's, roots aligned, while it lasts"),
     "root_mse_truth": Metric("m²", 4, "lower", "the same from the clean clip behind the faulty one"),
 }
 ARTEFACTS = {

@@ -10,9 +10,8 @@ from datasets.motion import BodyMotion
 from datasets.motion_library import MotionLibrary
 from envs.physics_cpu import FilmedPhysics
 from eval import crowd
-from eval.crowd import Crowd, Take, distance
+from eval.crowd import Crowd, Take
 from tests.builders import STANDING, posed
-from tests.envs.states import observed_of, t_pose
 from tests.eval.clean_parts import SPEC, shrink_crowd, standing, untrained
 
 LIMPING = posed({"thigh_l_y": -20.0, "shin_l_y": 40.0, "foot_l_y": -20.0}, 181, STANDING)  # 3 s on one leg and a bent one
@@ -111,11 +110,3 @@ def test_a_crowd_does_better_than_its_policy_alone(monkeypatch: pytest.MonkeyPat
     together = len(takes_of(LIMPING)[0].poses)
     shrink_crowd(monkeypatch, 1, 1)
     assert together > len(takes_of(LIMPING)[0].poses)
-
-
-def test_distance_is_the_mean_over_bodies_with_roots_aligned() -> None:
-    # Both hands 0.3 m off: 2 x 0.3 / 20. The whole body elsewhere counts for nothing.
-    agent = t_pose()
-    agent.pos[:] += [1.0, -2.0, 0.5]
-    agent.pos[0, [7, 11]] += [0.0, 0.0, 0.3]
-    assert distance(agent, observed_of(t_pose())) == pytest.approx([0.03])

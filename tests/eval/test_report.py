@@ -222,9 +222,9 @@ def test_the_command_leaves_whole_files_and_a_picture_where_it_can_draw(written:
 
 def test_the_json_has_the_keys_that_other_tools_read(written: Path) -> None:
     found = json.loads((written / "report.json").read_text())
-    four = {"episode_length_ratio", "root_mse", "sr90", "max_reward_ratio"}
-    assert set(found["tracking"]) == set(found["tracking_zero_residual"]) == four
-    assert set(found["tracking_suit"]) == set(found["tracking_suit_zero_residual"]) == {*four, "root_mse_truth"}
+    five = {"episode_length_ratio", "root_mse", "sr90", "max_reward_ratio", "body_error"}
+    assert set(found["tracking"]) == set(found["tracking_zero_residual"]) == five
+    assert set(found["tracking_suit"]) == set(found["tracking_suit_zero_residual"]) == {*five, "root_mse_truth"}
     assert all(set(value) == {"mean", "std"} for value in found["tracking"].values())
     assert {"foot_skate", "floating", "ground_penetration", "jitter"} <= set(found["artefacts"]["before"])
     assert {"deviation_local", "deviation_world"} <= set(found["artefacts"]["after"])
