@@ -62,10 +62,10 @@ def test_known_differences_stay_small(library: MotionLibrary, device: torch.devi
 
 @DEVICES
 def test_starts_leave_nothing_to_rounding(library: MotionLibrary, device: torch.device) -> None:
-    # Of three clips that stand on the ground or 1 cm in it. Were starts within rounding of the ground, all would be; that something touches
-    # it within rounding in one of the eight engine steps after a start happens once or twice.
+    # Of three clips that stand on the ground or 1 cm in it. Were starts within rounding of the ground, all would be "touching"; that a corner
+    # of a box comes so near in one of the eight engine steps after a start happens to one in eight.
     found = step_differences(library, MimicSpec(), 64, 1, device)
-    assert (found.kind == TOUCHING).sum() < 5
+    assert (found.kind == TOUCHING).mean() < 0.25
     assert found.of(ALIKE).observation.max() < 1e-4
 
 
