@@ -83,10 +83,14 @@ def measure_contact(
     library = with_feed_forward(library) if spec.feed_forward else library
     names = [kind for kind, each in clips.items() for _ in each]
     worlds = {kind: np.flatnonzero(np.array(names) == kind) for kind in clips}
-    torch.set_num_threads(1)
     models = {variant.name: variant.build() for variant in variants}
     contenders = [_timed(variant, models[variant.name], library, spec, act) for variant in variants]
-    rates = interleave(contenders, rounds, after_round)
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        rates = interleave(contenders, rounds, after_round)
+    finally:
+        torch.set_num_threads(threads)
     plays = {HELD: partial(watch, act=zero_residual(spec), root_force=ROOT_FORCE), POLICY: partial(watch, act=act)}
     found = {name: {mode: play(model, library, spec) for mode, play in plays.items()} for name, model in models.items()}
     return _report(contenders, rates, found, worlds)

@@ -4,8 +4,8 @@ Known differences of the two engines, beside single precision and a solver that 
 
 - A box deep in the ground touches it with four corners in MuJoCo, with all that are below in mujoco-warp. Since the ground is stiff enough
   none is: before, in 3 % of the steps of a random policy, which stumbles, and at most by a few m/s of a toe.
-- What is contact within rounding is contact in one of them only: in one control step of a hundred. A start that touched the ground at exactly 0
-  used to be one, and made episodes of an unsteady policy differ by 0.02 of their length; now starts are 0.1 mm in the ground.
+- What is contact within rounding is contact in one of them only: in one control step of a hundred. A start that touched the ground at
+  exactly 0 used to be one, and made episodes of an unsteady policy differ by 0.02 of their length; now starts are 0.1 mm in the ground.
 - Capsules that lie along each other, and friction on the verge of slipping, come out differently in one step of a few hundred.
 - Two convex shapes would meet in other points; boxes do not, because mujoco-warp is told to treat them as boxes.
 
@@ -62,8 +62,8 @@ def test_known_differences_stay_small(library: MotionLibrary, device: torch.devi
 
 @DEVICES
 def test_starts_leave_nothing_to_rounding(library: MotionLibrary, device: torch.device) -> None:
-    # Of three clips that stand on the ground or 1 cm in it. Were starts within rounding of the ground, all would be "touching"; that a corner
-    # of a box comes so near in one of the eight engine steps after a start happens to one in eight.
+    # Of three clips that stand on the ground or 1 cm in it. Were starts within rounding of the ground, all would be "touching"; that a
+    # corner of a box comes so near in one of the eight engine steps after a start happens to one in eight.
     found = step_differences(library, MimicSpec(), 64, 1, device)
     assert (found.kind == TOUCHING).mean() < 0.25
     assert found.of(ALIKE).observation.max() < 1e-4
