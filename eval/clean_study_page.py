@@ -81,7 +81,6 @@ def clean_notes(cases: Sequence[Case], results: Sequence[Result], seen: Mapping[
         "stand. What the simulation adds is the difference. Other policies are those in DIR/policies.",
         "A finding counts as reproduced where the aim is reached. foot_skate takes a foot under 2 cm for a standing one at any speed: what "
         "the clean truth has of it is swinging feet, which no cleaning should stop. stance_skate, ours, leaves them out.",
-        "cmu_05_01_mh165 is filed as 25 fps but was recorded with 120: it plays 4.8 times too slowly.",
         f"Performers of the test clips in a training: {'; '.join(trained) or 'none'}.",
         f"Left to itself in part, or given a root: {' | '.join(told) or 'no clip'}.",
     )

@@ -25,6 +25,8 @@ from envs.vector_env import AdaptMimicVectorEnv
 CROWD = 96  # worlds
 BEST = 24  # of them, who go on; the first follower of each adds no noise
 ROUND = 3  # control steps until the next choice
+# Of the policy's corrections: it lasts, but does not aim, so that they push joints further off than none would. By eval.study search.
+RESIDUAL = 0.5
 NOISE = 0.15  # standard deviation of the actions' noise, as large as training explores
 DISCOUNT = 0.95  # of rewards by their age, as in training; the critic's value ahead is a mean reward a step and weighs as much as one
 ASTRAY = 0.12  # m, mean distance of the bodies from the reference's, roots aligned, at which nobody would call it the same clip
@@ -51,7 +53,7 @@ class Take(NamedTuple):
 class Crowd:
     """Performs one clip, take after take."""
 
-    def __init__(self, policy: Policy, spec: MimicSpec, clip: BodyMotion, threads: int, seed: int = 0) -> None:
+    def __init__(self, policy: Policy, spec: MimicSpec, clip: BodyMotion, threads: int, seed: int = 0, residual: float = RESIDUAL) -> None:
         """Set the stage.
 
         Args:
@@ -60,7 +62,9 @@ class Crowd:
             clip: To perform, at 60 fps.
             threads: Native threads.
             seed: Of the noise.
+            residual: Share of the policy's actions that is played.
         """
+        self._residual = residual
         self._policy, self._frames = policy, len(clip)
         self._env = AdaptMimicVectorEnv(MotionLibrary.of([clip]), CROWD, spec, threads, AutoresetMode.DISABLED, physics=FilmedPhysics)
         self._physics = cast(FilmedPhysics, self._env.physics)
@@ -101,10 +105,10 @@ class Crowd:
         return _cut(start, first, rounds, lasted)
 
     def _actions(self, observation: np.ndarray, leaders: int) -> np.ndarray:
-        """Return the policy's actions (K, A), with noise on all but the first follower of each of so many who went on."""
+        """Return a share of the policy's actions (K, A), with noise on all but the first follower of each of so many who went on."""
         noise = self._random.normal(scale=NOISE, size=(CROWD, self._env.task.action_size))
         noise[:leaders] = 0.0
-        return (self._policy.act(observation) + noise).astype(np.float32)
+        return (self._residual * self._policy.act(observation) + noise).astype(np.float32)
 
     def _observed(self) -> Observed:
         """Return the reference now."""

@@ -58,7 +58,7 @@ def perform_clip(policy: Policy, spec: MimicSpec, clip: BodyMotion, threads: int
     takes = list(Crowd(policy, spec, whole, threads).takes())
     performance, contacts = whole, np.zeros((len(whole), 2), dtype=bool)
     for take in takes:  # a take begins with the last frame of the one before, as the reference has it
-        performance = _insert(performance, take)
+        performance = insert_take(performance, take)
         part = slice(take.start, take.start + len(take.poses))
         contacts[part] = carried(foot_loads(take.poses, take.velocities, take.targets))
     starts = [take.start for take in takes]
@@ -74,7 +74,7 @@ def _lasting(clip: BodyMotion) -> BodyMotion:
     return replace(clip, root_position=clip.root_position[frames], local_rotations=clip.local_rotations[frames])
 
 
-def _insert(clip: BodyMotion, take: Take) -> BodyMotion:
+def insert_take(clip: BodyMotion, take: Take) -> BodyMotion:
     """Return the clip with the poses of a take in their place."""
     root, local = clip.root_position.copy(), clip.local_rotations.copy()
     part = slice(take.start, take.start + len(take.poses))

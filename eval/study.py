@@ -12,6 +12,7 @@ from eval.files import check_out, write_whole
 from eval.lobstr_study import lobstr_study
 from eval.policy_study import configuration_study, mixture_study
 from eval.root_study import root_study
+from eval.search_study import search_study
 from eval.study_page import Group, Study, study_page, study_text
 from eval.suit_study import suit_study
 
@@ -21,6 +22,7 @@ STUDIES: dict[str, Callable[[Path, Path], Study]] = {
     "lobstr": lobstr_study,
     "mixture": mixture_study,
     "root": root_study,
+    "search": search_study,
     "suit": lambda data, out: Study(suit_study(data)),
 }
 DATA = Path(__file__).parents[2] / "shared" / "data"

@@ -6,12 +6,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from agents.policy import Policy
 from datasets.motion import BodyMotion
 from datasets.motion_library import MotionLibrary
 from envs.physics_cpu import FilmedPhysics
 from eval import crowd
 from eval.crowd import Crowd, Take
-from tests.builders import STANDING, posed
+from tests.builders import STANDING, hinge, posed
 from tests.eval.clean_parts import SPEC, shrink_crowd, standing, untrained
 
 LIMPING = posed({"thigh_l_y": -20.0, "shin_l_y": 40.0, "foot_l_y": -20.0}, 181, STANDING)  # 3 s on one leg and a bent one
@@ -110,3 +111,19 @@ def test_a_crowd_does_better_than_its_policy_alone(monkeypatch: pytest.MonkeyPat
     together = len(takes_of(LIMPING)[0].poses)
     shrink_crowd(monkeypatch, 1, 1)
     assert together > len(takes_of(LIMPING)[0].poses)
+
+
+def test_only_a_share_of_the_residual_is_played(monkeypatch: pytest.MonkeyPatch) -> None:
+    # A policy that asks for a tenth of its range everywhere, without noise: the motors of the knees are told the reference, and beside it
+    # smoothed half a tenth: 0.2 x 0.05 of 1 rad after the first step, 0.2 x 0.05 x 0.8 more after the second.
+    class Asking(Policy):
+        def act(self, observation: np.ndarray) -> np.ndarray:
+            return np.full((len(observation), 20), 0.1, dtype=np.float32)
+
+    monkeypatch.setattr(crowd, "NOISE", 0.0)
+    told = []
+    for share in (0.0, 0.5):
+        policy = Asking(SPEC.observation_size, SPEC.action_size, (8,))
+        (take,) = Crowd(policy, SPEC, posed({}, 5), 1, residual=share).takes()
+        told.append(take.targets[:, hinge("shin_l_y")])
+    assert told[1][1:] - told[0][1:] == pytest.approx([0.01, 0.01, 0.018, 0.018], abs=1e-6)
