@@ -3,9 +3,8 @@
 from datasets.body_state import BodyState
 from datasets.humanoid import BODIES, FEET
 from datasets.rotation import Array, Constant, cross, namespace
-from envs.mimic_spec import MimicSpec
+from envs.mimic_spec import TOUCH_HEIGHT, MimicSpec
 
-CONTACT_HEIGHT = 0.02  # m: a foot whose lowest point is lower is in contact, at any speed (METRICS)
 _FEET = Constant(FEET)  # (2, 2), sides and bodies
 _SOLES = Constant([[BODIES[body].shape.points for body in side] for side in FEET])  # (2, 2, 8, 3), sides, bodies, corners
 
@@ -22,7 +21,7 @@ def penalties(spec: MimicSpec, agent: BodyState, change: Array) -> Array:
 
 
 def foot_slip(agent: BodyState) -> Array:
-    """Return the horizontal speed [m/s] of the lowest point of each foot in contact, summed over both feet, shape (N,)."""
+    """Return the horizontal speed [m/s] of the lowest point of each foot that touches the ground, summed over both feet, shape (N,)."""
     xp = namespace(agent.pos)
     feet, soles = _FEET.like(agent.pos), _SOLES.like(agent.rot)
     arms = xp.einsum("nsbij,sbkj->nsbki", agent.rot[:, feet], soles)  # from the bodies' origins to the corners, world axes
@@ -31,4 +30,4 @@ def foot_slip(agent: BodyState) -> Array:
     slides = xp.linalg.vector_norm(speeds[..., :2], axis=-1).reshape(heights.shape)
     lowest = xp.amin(heights, axis=2)
     slide = xp.amax(slides * (heights == lowest[..., None]), axis=2)  # of several points equally low the quickest
-    return (slide * (lowest < CONTACT_HEIGHT)).sum(axis=1)
+    return (slide * (lowest < TOUCH_HEIGHT)).sum(axis=1)

@@ -9,9 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from envs.penalties import CONTACT_HEIGHT
 from eval.artefact_metrics import BALANCE_MARGIN, OVERLAP
-from eval.artefact_tracks import JITTER_RATE, ArtefactTracks
+from eval.artefact_tracks import CONTACT_HEIGHT, JITTER_RATE, ArtefactTracks
 from eval.report_plots import GREY, RECORDED, SUITED, Figure, figure, line
 
 SIDES = {"before": (SUITED, "solid"), "after": (RECORDED, "solid"), "truth": ("text", "dot")}  # colour, dash

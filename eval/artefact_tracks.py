@@ -15,8 +15,8 @@ from datasets.kinematics import body_poses, centre_of_mass, lowest_points
 from datasets.motion import BodyMotion
 from datasets.rotation import rotate
 from envs.humanoid_mjcf import build_model
-from envs.penalties import CONTACT_HEIGHT
 
+CONTACT_HEIGHT = 0.02  # m: a foot whose lowest point is lower is in contact, at any speed (METRICS)
 JITTER_RATE = 60.0  # Hz
 _ANGLES = np.linspace(0.0, 2.0 * np.pi, 180, endpoint=False)
 _DIRECTIONS = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])

@@ -74,11 +74,7 @@ def measure_contact(
     rounds: int,
     after_round: Callable[[], None] = lambda: None,
 ) -> Speed:
-    """Return the same of clips by kind, a policy for a variant of the task, and variants of the model.
-
-    Raises:
-        InputError: If there is no clip.
-    """
+    """Return the same of clips by kind, a policy for a variant of the task, and variants of the model."""
     library = MotionLibrary.of([clip for each in clips.values() for clip in each])
     library = with_feed_forward(library) if spec.feed_forward else library
     names = [kind for kind, each in clips.items() for _ in each]

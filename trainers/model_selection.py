@@ -71,7 +71,11 @@ class ModelSelection:
     def _card(self, score: dict[str, float], clock: Clock, curve: list[dict[str, float]]) -> dict[str, Any]:
         training = self._motions.training.clips
         before: dict[str, Any] = Policy.load(self._initial)[1] if self._initial.exists() else {}
-        earlier = {"begun_from": {name: before[name] for name in ("motions", "samples", "hours", "code")}} if before else {}
+        earlier = (
+            {"begun_from": {name: before[name] for name in ("motions", "samples", "hours", "code", "begun_from") if name in before}}
+            if before
+            else {}
+        )
         return {
             **earlier,
             "task": asdict(self._config.task),

@@ -21,9 +21,9 @@ def test_feet_that_slide_pay_for_their_speed() -> None:
     assert penalties(MimicSpec(foot_slip=0.5), agent, STILL)[0] == pytest.approx(0.35)
 
 
-@pytest.mark.parametrize(("height", "expected"), [(0.019, 0.5), (0.021, 0.0)])
+@pytest.mark.parametrize(("height", "expected"), [(0.0049, 0.5), (0.0051, 0.0)])
 def test_feet_in_the_air_may_move(height: float, expected: float) -> None:
-    # A foot is in contact under 2 cm. Toes go along.
+    # Whoever swings a foot 1 cm over the ground does not slide: it touches under 5 mm. Toes go along.
     agent = t_pose()
     agent.pos[0, [body("foot_l"), body("toe_l")], 2] += height
     agent.lin_vel[0, [body("foot_l"), body("toe_l")]] = [0.3, 0.4, 0.0]
