@@ -85,6 +85,7 @@ def perform_share(policy: Policy, spec: MimicSpec, clip: BodyMotion, share: floa
     for take in takes:
         performance = insert_take(performance, take)
     stands = foot_contacts(clip)
+    stands[[take.start for take in takes[1:]]] = False  # from one take to the next the performance jumps, which is no slide
     found = artefacts(performance)
     return {
         "body_error": 1e3 * float(distances_local(performance, clip).mean()),
