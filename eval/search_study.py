@@ -1,4 +1,4 @@
-"""How much of the policy the search of ``eval.clean`` should play: clean clips of unseen performers, performed with shares of its residual.
+"""How much of the policy the search of ``eval.clean`` should play, and how often choose: clean clips of unseen performers, performed.
 
 The measures are of the performance alone, before it is blended into the clip.
 """
@@ -22,13 +22,17 @@ from eval.artefact_tracks import distances_local
 from eval.benchmark_contact import CLIPS
 from eval.clean_cases import stance_skate
 from eval.clean_motion import repair
-from eval.crowd import RESIDUAL, Crowd
+from eval.crowd import RESIDUAL, ROUND, Crowd
 from eval.perform_clip import insert_take
 from eval.study_page import Group, Measure, Study, summarise_seeds
 from trainers.policy_file import load_policy
 from trainers.run_log import make_console
 
-SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of the policy's residual
+SEARCHES = {  # by name of the rows: share of the policy's residual, and control steps from one choice of who goes on to the next
+    **{f"residual {share:g}": (share, ROUND) for share in (0.0, 0.25, RESIDUAL, 0.75, 1.0)},
+    "a choice in 3 steps": (RESIDUAL, 3),
+}
+USED, NONE, WHOLE, SELDOM = f"residual {RESIDUAL:g}", "residual 0", "residual 1", "a choice in 3 steps"
 SECONDS = 6.0  # of each clip, from its beginning
 THREADS = 1
 SKATE = 1.5  # times the recording's, the most that standing feet should slide
@@ -45,7 +49,7 @@ Values = dict[str, float]
 
 
 def search_study(data: Path, out: Path) -> Study:
-    """Return the study, which takes six minutes.
+    """Return the study, which takes five minutes.
 
     Args:
         data: Folder of real motion.
@@ -59,28 +63,29 @@ def search_study(data: Path, out: Path) -> Study:
         raise InputError(f"--data {data}: there is no {lacking[0]}; name the folder of real motion, see docs/evaluation.md")
     policy, _, spec = load_policy(SHIPPED_POLICY)
     torch.set_num_threads(THREADS)
-    jobs = [(kind, data / name, share) for kind, names in CLIPS.items() for name in names for share in SHARES]
-    found: dict[tuple[str, float], list[Values]] = {}
-    for kind, file, share in track(jobs, "performing clips", console=make_console(), transient=True):
+    jobs = [(kind, data / name, search) for kind, names in CLIPS.items() for name in names for search in SEARCHES]
+    found: dict[tuple[str, str], list[Values]] = {}
+    for kind, file, search in track(jobs, "performing clips", console=make_console(), transient=True):
         (clip,) = load_clips(file)
-        found.setdefault((kind, share), []).append(perform_share(policy, spec, clip.cut(0, round(SECONDS * FPS) + 1), share))
-    rows = [{"name": f"residual {share:g}, all", "ours": summarise_seeds(_all(found, share)), "published": {}} for share in SHARES]
-    rows += [
-        {"name": f"residual {share:g}, {kind}", "ours": summarise_seeds(found[kind, share]), "published": {}}
-        for kind in CLIPS
-        for share in SHARES
+        part = clip.cut(0, round(SECONDS * FPS) + 1)
+        found.setdefault((kind, search), []).append(perform_clip_by(policy, spec, part, *SEARCHES[search]))
+    parts = {"all": {search: _all(found, search) for search in SEARCHES}}
+    parts |= {kind: {search: found[kind, search] for search in SEARCHES} for kind in CLIPS}
+    rows = [
+        {"name": f"{search}, {part}", "ours": summarise_seeds(values), "published": {}}
+        for part, by in parts.items()
+        for search, values in by.items()
     ]
     reading = f"The first {SECONDS:g} s of each clip as recorded, repaired, each counting once, ± their standard deviation."
-    groups = [Group("All clips", reading, MEASURES, tuple(f"residual {share:g}, all" for share in SHARES))]
-    groups += [Group(kind.capitalize(), reading, MEASURES, tuple(f"residual {share:g}, {kind}" for share in SHARES)) for kind in CLIPS]
+    groups = [Group(part.capitalize(), reading, MEASURES, tuple(f"{search}, {part}" for search in SEARCHES)) for part in parts]
     return Study({"study": "search", "rows": rows, "findings": _findings(found)}, groups)
 
 
-def perform_share(policy: Policy, spec: MimicSpec, clip: BodyMotion, share: float) -> Values:
-    """Return how a crowd performs a clip with a share of the policy's residual, as ``MEASURES``."""
+def perform_clip_by(policy: Policy, spec: MimicSpec, clip: BodyMotion, residual: float, interval: int) -> Values:
+    """Return how a crowd performs a clip with a share of the residual and a choice every so many control steps, as ``MEASURES``."""
     clip = repair(clip, [])
     clip = clip if len(clip) % 2 else clip.cut(0, len(clip) - 1)  # so that the last control step ends in the last frame
-    takes = list(Crowd(policy, spec, clip, THREADS, residual=share).takes())
+    takes = list(Crowd(policy, spec, clip, THREADS, residual=residual, interval=interval).takes())
     performance = clip
     for take in takes:
         performance = insert_take(performance, take)
@@ -97,24 +102,24 @@ def perform_share(policy: Policy, spec: MimicSpec, clip: BodyMotion, share: floa
     }
 
 
-def _all(found: dict[tuple[str, float], list[Values]], share: float) -> list[Values]:
-    return [values for kind in CLIPS for values in found[kind, share]]
+def _all(found: dict[tuple[str, str], list[Values]], search: str) -> list[Values]:
+    return [values for kind in CLIPS for values in found[kind, search]]
 
 
-def _findings(found: dict[tuple[str, float], list[Values]]) -> list[dict[str, str | bool]]:
-    """Return what the share in use is held to."""
+def _findings(found: dict[tuple[str, str], list[Values]]) -> list[dict[str, str | bool]]:
+    """Return what the search in use is held to."""
 
     def mean(parts: Sequence[Values], name: str) -> float:
         return float(np.mean([part[name] for part in parts]))
 
-    used = _all(found, RESIDUAL)
+    used = _all(found, USED)
     findings: list[dict[str, str | bool]] = []
-    for share in (0.0, 1.0):
-        ours, theirs = mean(used, "body_error"), mean(_all(found, share), "body_error")
-        text = f"residual {RESIDUAL:g} keeps nearer to the clip than {share:g}: {ours:.1f} against {theirs:.1f} mm"
+    for other in (NONE, WHOLE, SELDOM):
+        ours, theirs = mean(used, "body_error"), mean(_all(found, other), "body_error")
+        text = f"{USED} keeps nearer to the clip than {other}: {ours:.1f} against {theirs:.1f} mm"
         findings.append({"finding": text, "reproduced": ours < theirs})
     for kind in CLIPS:
-        slide, recorded = (mean(found[kind, RESIDUAL], name) for name in ("stance_skate", "recorded_skate"))
+        slide, recorded = (mean(found[kind, USED], name) for name in ("stance_skate", "recorded_skate"))
         text = f"{kind}: standing feet slide at most {SKATE:g} times as fast as the recording's: {slide:.1f} against {recorded:.1f} cm/s"
         findings.append({"finding": text, "reproduced": slide <= SKATE * recorded})
     depth = mean(used, "ground_penetration")
