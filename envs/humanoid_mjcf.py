@@ -9,7 +9,7 @@ from datasets.humanoid import BODIES, BODY_COUNT, HINGE_NAMES, HINGES, MASSES, N
 
 # Every number of the ground was chosen by `python -m eval.benchmark contact` (docs/contact.md).
 # The thesis's 1/120 s (Table 4.3) is for PhysX's rigid contacts. MuJoCo's are springs on the mass behind them: under a stiff motor a
-# foot of 0.7 kg chatters at 1/120 s, slides at 26 cm/s and sinks by 3 cm. Half the step again changes the slip by a seventh only.
+# foot of 0.7 kg chatters at 1/120 s, slides at 26 cm/s and sinks by 3 cm. Half the step again changes the slip by a fifth only.
 TIME_STEP = 1.0 / 240.0  # s
 # Contacts are as stiff as the step resolves: MuJoCo allows no less than 2 steps; what is softer slips and sinks more.
 CONTACT_TIME_CONSTANT = 2.1 * TIME_STEP  # s
