@@ -22,8 +22,8 @@ SHY = 0.01  # m, height of a sole point at which force is asked of it half as re
 EFFORT = 0.03  # of a Newton on the ground against a Newton of the root left unexplained
 LEVER = 2.0  # 1/m, weight of the root's unexplained torque against force
 LIMIT = 1.0  # rad
-FRICTION = 0.8  # that is counted on, well inside the model's: what slips in the plan slips in the simulation
-_EDGES = np.array([[x, y, 1.0] for x, y in FRICTION * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])])  # of the pyramid
+PLANNED_FRICTION = 0.8  # that is counted on, well inside the model's: what slips in the plan slips in the simulation
+_EDGES = np.array([[x, y, 1.0] for x, y in PLANNED_FRICTION * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])])  # of the pyramid
 
 
 def with_feed_forward(library: MotionLibrary) -> MotionLibrary:
