@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from datasets.humanoid import BODIES, BODY_COUNT, HINGE_NAMES, HINGES, MASSES, NAMES, Body
+from datasets.humanoid import BODIES, BODY_COUNT, FEET, HINGE_NAMES, HINGES, MASSES, NAMES, Body
 
 # Every number of the ground was chosen by `python -m eval.benchmark contact` (docs/contact.md).
 # The thesis's 1/120 s (Table 4.3) is for PhysX's rigid contacts. MuJoCo's are springs on the mass behind them: under a stiff motor a
@@ -62,6 +62,7 @@ def drive(body_name: str) -> Drive:
 
 
 _SURFACE = {"friction": FRICTION, "solref": [CONTACT_TIME_CONSTANT, 1.0]}  # of the floor and of every body
+FOOT_BODIES = tuple(1 + body for side in FEET for body in side)  # numbers of feet and toes in the model, whose body 0 is the world
 HINGE_KP = np.array([drive(NAMES[body]).kp for body, _ in HINGES])  # (43,)
 HINGE_KV = np.array([drive(NAMES[body]).kv for body, _ in HINGES])  # (43,)
 

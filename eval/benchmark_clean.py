@@ -8,7 +8,6 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-import torch
 
 from configs.errors import InputError
 from datasets.bodies_bvh import bvh_of
@@ -24,7 +23,7 @@ from eval.benchmark_env import BareBatch, Tape
 from eval.clean_motion import repair
 from eval.cleaner import Cleaner
 from eval.crowd import CROWD, Crowd
-from eval.speed import Contender, Speed, interleave
+from eval.speed import Contender, Speed, interleave, torch_threads
 
 SECONDS = 10  # of the clip
 THREADS = 2
@@ -100,12 +99,8 @@ def measure_clean(cleaner: Cleaner, clip: BodyMotion, rounds: int, after_round: 
         _bare(cleaner, repaired),
         Contender(NO_PHYSICS, "the same cleaning without the simulation", cleaning(replace(cleaner, policy=None))),
     ]
-    threads = torch.get_num_threads()
-    torch.set_num_threads(cleaner.threads)
-    try:
+    with torch_threads(cleaner.threads):
         rates = interleave(contenders, rounds, after_round)
-    finally:
-        torch.set_num_threads(threads)
     return Speed("clean", "seconds of clip/s", contenders, rates, OURS)
 
 

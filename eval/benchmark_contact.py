@@ -7,7 +7,6 @@ from typing import Any
 
 import mujoco
 import numpy as np
-import torch
 from rich.table import Table
 
 from agents.shipped import SHIPPED_POLICY
@@ -19,9 +18,9 @@ from envs.mimic_spec import MimicSpec
 from envs.physics_cpu import CpuPhysics
 from envs.vector_env import AdaptMimicVectorEnv
 from eval.contact_plot import draw_contacts
-from eval.contact_variants import BEFORE, CHOSEN, HALVED, STEPS, VARIANTS, ModelVariant, with_step
+from eval.contact_variants import BEFORE, CHOSEN, HALVED, STEPS, VARIANTS, ModelVariant
 from eval.ground_contacts import GroundContact, Watched, measure, watch
-from eval.speed import Contender, Speed, interleave
+from eval.speed import Contender, Speed, interleave, torch_threads
 from trainers.play import Act, zero_residual
 from trainers.policy_file import load_policy
 
@@ -81,12 +80,8 @@ def measure_contact(
     worlds = {kind: np.flatnonzero(np.array(names) == kind) for kind in clips}
     models = {variant.name: variant.build() for variant in variants}
     contenders = [_timed(variant, models[variant.name], library, spec, act) for variant in variants]
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
+    with torch_threads(1):
         rates = interleave(contenders, rounds, after_round)
-    finally:
-        torch.set_num_threads(threads)
     plays = {HELD: partial(watch, act=zero_residual(spec), root_force=ROOT_FORCE), POLICY: partial(watch, act=act)}
     found = {name: {mode: play(model, library, spec) for mode, play in plays.items()} for name, model in models.items()}
     return _report(contenders, rates, found, worlds)
@@ -111,7 +106,7 @@ def _report(contenders: Sequence[Contender], rates: dict[str, np.ndarray], found
     everyone = np.concat(list(worlds.values()))
     overall = {name: {mode: measure(one, everyone) for mode, one in modes.items()} for name, modes in found.items()}
     kinds = {name: {kind: measure(found[name][POLICY], of) for kind, of in worlds.items()} for name in (BEFORE, CHOSEN)}
-    steps = {step: overall[with_step(step).name if with_step(step).name in overall else CHOSEN] for step in STEPS}
+    steps = {step: overall[name] for step, name in STEPS.items()}
     cost = {name: float(np.median(rates[BEFORE] / rates[name])) for name in rates}
     halving = 1.0 - overall[HALVED][HELD].slip / overall[CHOSEN][HELD].slip
     details: dict[str, Any] = {

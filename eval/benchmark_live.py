@@ -28,7 +28,7 @@ from eval.live_performer import Performance, perform
 from eval.live_protocol import Codec, Frame
 from eval.live_solved import LIVE, STATES
 from eval.lobstr_rows import HEIGHTS
-from eval.speed import Contender, Speed, interleave
+from eval.speed import Contender, Speed, interleave, torch_threads
 
 USERS = 20
 FRAMES = 180  # of each user in a round
@@ -123,16 +123,11 @@ def benchmark_live(motions: str, rounds: int, after_round: Callable[[], None] = 
 
 def measure_live(file: Path, clip: BodyMotion, rounds: int, after_round: Callable[[], None] = lambda: None, users: int = USERS) -> Speed:
     """Return the same of a network's file and a clip at 45 fps, with so many users."""
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        with ExitStack() as stack:
-            contenders, blocks = _contenders(file, clip, users, stack)
-            rates = interleave(contenders, rounds, after_round)
-            waits = {name: block.waits() for name, block in blocks.items()}
-            return Speed("live", "frames/s", contenders, rates, OURS, (WINDOWED,), waits)
-    finally:
-        torch.set_num_threads(threads)
+    with torch_threads(1), ExitStack() as stack:
+        contenders, blocks = _contenders(file, clip, users, stack)
+        rates = interleave(contenders, rounds, after_round)
+        waits = {name: block.waits() for name, block in blocks.items()}
+        return Speed("live", "frames/s", contenders, rates, OURS, (WINDOWED,), waits)
 
 
 def _contenders(file: Path, clip: BodyMotion, count: int, stack: ExitStack) -> tuple[list[Contender], dict[str, Block]]:

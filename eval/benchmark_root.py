@@ -27,7 +27,7 @@ from datasets.kinematics import resample
 from datasets.motion import BodyMotion
 from datasets.root_frames import RATE, RootFrames, root_frames
 from datasets.sources import load_clips
-from eval.speed import Contender, Speed, interleave
+from eval.speed import Contender, Speed, interleave, torch_threads
 from trainers.root_config import RootConfig
 
 OURS = "Root3D stream"
@@ -76,12 +76,8 @@ def measure_root(task: Task, rounds: int, after_round: Callable[[], None] = lamb
         Contender(PEERS[0], "a frame a call: root_frames of the last 8, PyTorch's module, the filter", _plainly(root3d, task)),
         Contender(PEERS[1], "imu_fusion.track_root: standing feet and the pelvis' acceleration, whole clip", _by_contacts(task)),
     ]
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
+    with torch_threads(1):
         rates = interleave(contenders, rounds, after_round)
-    finally:
-        torch.set_num_threads(threads)
     return Speed("root", "frames/s", contenders, rates, OURS, PEERS)
 
 

@@ -6,13 +6,15 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from datasets.humanoid import FEET
-from envs.humanoid_mjcf import ARMATURE, CONTACT_TIME_CONSTANT, FRICTION, HINGE_KV, TIME_STEP, build_model
+from envs.humanoid_mjcf import ARMATURE, CONTACT_TIME_CONSTANT, FOOT_BODIES, FRICTION, HINGE_KV, TIME_STEP, build_model
 
 CHOSEN, BEFORE = "in use", "before: 1/120 s"
-STEPS = (1.0 / 120.0, 1.0 / 180.0, TIME_STEP, 1.0 / 480.0, 1.0 / 960.0)  # s: to where the slip converges
-HALVED = "1/480 s"  # of STEPS, half the step in use
-_FEET = [1 + body for side in FEET for body in side]
+STEPS = {  # s, to where the slip converges: the variant that has it
+    **{1.0 / rate: f"1/{rate} s" for rate in (120, 180)},
+    TIME_STEP: CHOSEN,
+    **{1.0 / rate: f"1/{rate} s" for rate in (480, 960)},
+}
+HALVED = STEPS[1.0 / 480.0]  # half the step in use
 _Edit = Callable[[mujoco.MjModel], None]
 
 
@@ -43,7 +45,7 @@ def with_step(seconds: float) -> ModelVariant:
         model.opt.timestep = seconds
         model.geom_solref[:, 0] = CONTACT_TIME_CONSTANT / TIME_STEP * seconds
 
-    return ModelVariant(f"1/{round(1.0 / seconds)} s", "another time step, contacts as stiff as it resolves", edit)
+    return ModelVariant(STEPS[seconds], "another time step, contacts as stiff as it resolves", edit)
 
 
 def _before(model: mujoco.MjModel) -> None:
@@ -64,7 +66,7 @@ def _damped_motors(model: mujoco.MjModel) -> None:
 
 def _foot_armature(inertia: float) -> _Edit:
     def edit(model: mujoco.MjModel) -> None:
-        model.dof_armature[np.isin(model.dof_bodyid, _FEET)] = inertia
+        model.dof_armature[np.isin(model.dof_bodyid, FOOT_BODIES)] = inertia
 
     return edit
 
@@ -95,7 +97,7 @@ def _no_slip(model: mujoco.MjModel) -> None:
 
 
 def _heels(model: mujoco.MjModel) -> None:
-    for body in _FEET[::2]:  # the back third of the foot's box: from heel to below the ankle
+    for body in FOOT_BODIES[::2]:  # the back third of the foot's box: from heel to below the ankle
         (geom,) = np.flatnonzero(model.geom_bodyid == body)
         back = model.geom_pos[geom, 0] - model.geom_size[geom, 0]
         model.geom_size[geom, 0] /= 3.0

@@ -6,16 +6,15 @@ import mujoco
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
-from datasets.humanoid import FEET
 from datasets.motion_library import MotionLibrary
 from envs.episode_metrics import body_error
+from envs.humanoid_mjcf import FOOT_BODIES
 from envs.mimic_spec import CONTROL_STEP, MimicSpec
 from envs.physics_cpu import CpuPhysics
 from envs.vector_env import AdaptMimicVectorEnv
 from trainers.play import Act
 
 SLIPS = 0.1  # m/s, from which on a contact is said to slip
-_FEET = [1 + body for side in FEET for body in side]  # numbers of the model's bodies: the floor's is 0
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
@@ -42,7 +41,7 @@ class Contacts(NamedTuple):
         rows, wrench = [], np.zeros(6)
         for index, bodies in enumerate(model.geom_bodyid[data.contact.geom].reshape(-1, 2)):
             body = int(bodies.max())
-            if bodies.min() != 0 or body not in _FEET:
+            if bodies.min() != 0 or body not in FOOT_BODIES:
                 continue
             mujoco.mj_contactForce(model, data, index, wrench)
             if wrench[0] > 0.0:
@@ -98,12 +97,12 @@ class ContactPhysics(CpuPhysics):
 
     def _advance(self) -> None:
         for _ in range(self.steps):
-            speeds, velocity = np.full((len(self.watched), len(_FEET), 3), np.nan), np.zeros(6)
+            speeds, velocity = np.full((len(self.watched), len(FOOT_BODIES), 3), np.nan), np.zeros(6)
             for world in np.flatnonzero(self.watched):
                 mujoco.mj_setState(self.model, self._data, self._batch.state[world], _STATE)
                 mujoco.mj_forward(self.model, self._data)
                 self.seen.append(Contacts.of(self.model, self._data, int(world)))
-                for place, body in enumerate(_FEET):
+                for place, body in enumerate(FOOT_BODIES):
                     mujoco.mj_objectVelocity(self.model, self._data, mujoco.mjtObj.mjOBJ_BODY, body, velocity, 0)
                     speeds[world, place] = velocity[3:]
             self.foot_speeds.append(speeds)

@@ -63,12 +63,13 @@ def search_study(data: Path, out: Path) -> Study:
         raise InputError(f"--data {data}: there is no {lacking[0]}; name the folder of real motion, see docs/evaluation.md")
     policy, _, spec = load_policy(SHIPPED_POLICY)
     torch.set_num_threads(THREADS)
-    jobs = [(kind, data / name, search) for kind, names in CLIPS.items() for name in names for search in SEARCHES]
+    files = [(kind, data / name) for kind, names in CLIPS.items() for name in names]
     found: dict[tuple[str, str], list[Values]] = {}
-    for kind, file, search in track(jobs, "performing clips", console=make_console(), transient=True):
+    for kind, file in track(files, "performing clips", console=make_console(), transient=True):
         (clip,) = load_clips(file)
-        part = clip.cut(0, round(SECONDS * FPS) + 1)
-        found.setdefault((kind, search), []).append(perform_clip_by(policy, spec, part, *SEARCHES[search]))
+        part = repair(clip.cut(0, round(SECONDS * FPS) + 1), [])
+        for search, (residual, interval) in SEARCHES.items():
+            found.setdefault((kind, search), []).append(perform_clip_by(policy, spec, part, residual, interval))
     parts = {"all": {search: _all(found, search) for search in SEARCHES}}
     parts |= {kind: {search: found[kind, search] for search in SEARCHES} for kind in CLIPS}
     rows = [
@@ -82,8 +83,7 @@ def search_study(data: Path, out: Path) -> Study:
 
 
 def perform_clip_by(policy: Policy, spec: MimicSpec, clip: BodyMotion, residual: float, interval: int) -> Values:
-    """Return how a crowd performs a clip with a share of the residual and a choice every so many control steps, as ``MEASURES``."""
-    clip = repair(clip, [])
+    """Return how a crowd performs a repaired clip with a share of the residual and a choice each so many steps, as ``MEASURES``."""
     clip = clip if len(clip) % 2 else clip.cut(0, len(clip) - 1)  # so that the last control step ends in the last frame
     takes = list(Crowd(policy, spec, clip, THREADS, residual=residual, interval=interval).takes())
     performance = clip

@@ -1,11 +1,13 @@
 """Times ways of doing the same work in turns, so that whatever else the machine does slows all of them alike."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any
 
 import numpy as np
+import torch
 from rich.table import Table
 
 
@@ -112,6 +114,17 @@ class Speed:
             waits = (f"{wait:.2f}" for wait in self.wait(one.name) or ())
             table.add_row(f"[bold]{one.name}[/]\n{one.what}", f"{rate:,.0f}" if rate >= 100.0 else f"{rate:.3g}", share, times, *waits)
         return table
+
+
+@contextmanager
+def torch_threads(count: int) -> Iterator[None]:
+    """Let torch work on so many threads; afterwards it has as many as before."""
+    before = torch.get_num_threads()
+    torch.set_num_threads(count)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
 
 
 def interleave(contenders: Sequence[Contender], rounds: int, after_round: Callable[[], None] = lambda: None) -> dict[str, np.ndarray]:
