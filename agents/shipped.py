@@ -1,11 +1,11 @@
 """The trained models in the package; ``agents/weights/README.md`` says what each was trained on."""
 
 from functools import cache
-from pathlib import Path
 
 from agents.root_model import RootModel
+from configs.source_code import ROOT
 
-WEIGHTS = Path(__file__).parent / "weights"
+WEIGHTS = ROOT / "agents" / "weights"
 SHIPPED_POLICY = WEIGHTS / "mimic.safetensors"
 SHIPPED_LOBSTR = WEIGHTS / "lobstr.safetensors"
 

@@ -10,11 +10,12 @@ from omegaconf.errors import OmegaConfBaseException
 from yaml import YAMLError
 
 from configs.errors import InputError
+from configs.source_code import ROOT
 from configs.whole_file import whole_file
 
 T = TypeVar("T")
 
-CONFIGS = Path(__file__).parent  # where the package's own are
+CONFIGS = ROOT / "configs"  # where the package's own are
 
 
 def load_config(cls: type[T], path: Path, overrides: list[str] | None = None) -> T:

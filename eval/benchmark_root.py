@@ -7,7 +7,6 @@ thread. A performance at 100 Hz is followed in real time at 100 frames/s.
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import repeat
-from pathlib import Path
 
 import numpy as np
 import torch
@@ -83,7 +82,7 @@ def measure_root(task: Task, rounds: int, after_round: Callable[[], None] = lamb
 
 def _untrained(name: str) -> RootModel:
     """Return a model of the kind that ``configs/<name>.yaml`` trains."""
-    spec = load.load_config(RootConfig, Path(load.__file__).parent / f"{name}.yaml").model
+    spec = load.load_config(RootConfig, load.CONFIGS / f"{name}.yaml").model
     return RootModel(spec).eval()
 
 

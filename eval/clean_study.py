@@ -1,7 +1,6 @@
 """What cleaning removes and what it costs, on unseen performers through simulated suits, on real suits and on clean clips."""
 
 import hashlib
-import inspect
 import json
 import re
 from collections.abc import Mapping
@@ -12,6 +11,7 @@ import torch
 from rich.progress import track
 
 from agents.shipped import SHIPPED_POLICY, WEIGHTS
+from configs.source_code import imported_files
 from eval.clean_cases import Case, Result, all_cases, as_json, clean_case, from_json
 from eval.clean_findings import clean_findings
 from eval.clean_rows import NO_PHYSICS, SHIPPED, clean_rows
@@ -26,8 +26,6 @@ from trainers.run_log import make_console
 
 POLICIES = "policies"  # folder below the study's: policies to hold beside the package's
 THREADS = 2
-_ROOMS = Path(__file__).parents[1]
-_IMPORT = re.compile(r"^\s*from (agents|configs|datasets|envs|eval|trainers)\.(\w+) import", re.MULTILINE)
 
 
 def clean_study(data: Path, out: Path) -> Study:
@@ -71,20 +69,9 @@ def _key(policy: Path | None) -> str:
     """Return a key of the code that cleans and judges, of the package's root models and of a policy."""
     models = [file for file in sorted(WEIGHTS.glob("*.safetensors")) if file != SHIPPED_POLICY]
     digest = hashlib.sha256()
-    for file in (*_code_behind(Case), *models, *([policy] if policy else [])):
+    for file in (*imported_files(Case.__module__), *models, *([policy] if policy else [])):
         digest.update(file.read_bytes())
     return digest.hexdigest()[:16]
-
-
-def _code_behind(thing: type) -> list[Path]:
-    """Return the file that a class is written in and all of the project's that it imports, directly or not."""
-    found, ahead = set(), [Path(inspect.getfile(thing)).resolve()]
-    while ahead:
-        file = ahead.pop()
-        if file not in found:
-            found.add(file)
-            ahead += [_ROOMS / room / f"{name}.py" for room, name in _IMPORT.findall(file.read_text(encoding="utf-8"))]
-    return sorted(found)
 
 
 def _result(case: Case, variant: str, cleaner: Cleaner, key: str, folder: Path) -> Result:

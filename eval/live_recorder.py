@@ -17,6 +17,7 @@ import numpy as np
 
 from configs.command import exit_code_of
 from configs.errors import InputError
+from configs.source_code import ROOT
 from datasets.bodies_bvh import bvh_of
 from datasets.bvh import write_bvh
 from datasets.humanoid import BODY_COUNT
@@ -119,9 +120,7 @@ class Recorder:
         command = [sys.executable, "-m", "eval.live_recorder", str(take.spool)]
         async with self._turn:
             try:
-                process = await asyncio.create_subprocess_exec(
-                    *command, stderr=asyncio.subprocess.PIPE, start_new_session=True, cwd=Path(__file__).parents[1]
-                )
+                process = await asyncio.create_subprocess_exec(*command, stderr=asyncio.subprocess.PIPE, start_new_session=True, cwd=ROOT)
                 _, said = await process.communicate()
                 reason = said.decode(errors="replace").strip().rpartition("\n")[2] if process.returncode else ""
             except OSError as error:

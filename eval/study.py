@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from configs.command import exit_code_of
+from configs.source_code import ROOT
 from eval.clean_study import clean_study
 from eval.files import check_out, write_whole
 from eval.lobstr_study import lobstr_study
@@ -25,7 +26,7 @@ STUDIES: dict[str, Callable[[Path, Path], Study]] = {
     "search": search_study,
     "suit": lambda data, out: Study(suit_study(data)),
 }
-DATA = Path(__file__).parents[2] / "shared" / "data"
+DATA = ROOT.parent / "shared" / "data"
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -89,7 +89,7 @@ def prepare_lobstr_data(config: LobstrDataConfig, cache: Path, say: Callable[[st
         InputError: If the source is bad, holds nothing to train on, or the held-out performer is unknown.
     """
     settings = {**asdict(config), "holdout": ""}
-    path = cache / f"lobstr_{fingerprint(settings, config.motions, config.mapping)}.safetensors"
+    path = cache / f"lobstr_{fingerprint(settings, config.motions, config.mapping, __name__)}.safetensors"
     prepared = read_prepared(path)
     if prepared is None:
         say(f"preparing motion from {config.motions}")

@@ -58,7 +58,7 @@ def prepare_motions(config: DataConfig, cache: Path, say: Callable[[str], None])
         InputError: If the source is bad, holds nothing to train on, or the held-out performer is unknown.
     """
     settings = {**asdict(config), "holdout": "", "suit_share": 0}
-    path = cache / f"{fingerprint(settings, config.motions, config.mapping)}.safetensors"
+    path = cache / f"{fingerprint(settings, config.motions, config.mapping, __name__)}.safetensors"
     prepared = read_prepared(path)
     if prepared is None:
         say(f"preparing motion from {config.motions}")

@@ -3,13 +3,13 @@
 import logging
 import os
 import socket
-from pathlib import Path
 from types import ModuleType
 from typing import Any, Self
 
 import numpy as np
 
 from configs.errors import InputError
+from configs.source_code import ROOT
 from datasets.motion_library import ClipInfo, MotionLibrary
 from trainers.ppo_config import PpoConfig
 
@@ -103,8 +103,7 @@ def _join(address: str) -> ModuleType:
     """Connect to a cluster and send it the package: its nodes may lack it, or have another version of it."""
     _check_listening(address)
     ray = _prepared()
-    root = Path(__file__).parents[1]
-    shipped = {"py_modules": [str(root / name) for name in _SHIPPED], "excludes": _LEFT_HOME}
+    shipped = {"py_modules": [str(ROOT / name) for name in _SHIPPED], "excludes": _LEFT_HOME}
     try:
         ray.init(address=address, runtime_env=shipped, logging_level=logging.ERROR, log_to_driver=False)
     except (ConnectionError, ValueError, RuntimeError) as error:

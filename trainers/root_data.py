@@ -82,7 +82,7 @@ def prepare_root_data(config: RootDataConfig, cache: Path, say: Callable[[str], 
         InputError: If the source is bad, holds nothing to train on, or the held-out performer is unknown.
     """
     settings = {**asdict(config), "holdout": "", "kinds": "", "test": "", "rough_ground": True, "poses": "both"}
-    path = cache / f"root_{fingerprint(settings, config.motions, config.mapping)}.safetensors"
+    path = cache / f"root_{fingerprint(settings, config.motions, config.mapping, __name__)}.safetensors"
     prepared = read_prepared(path)
     if prepared is None:
         say(f"preparing motion from {config.motions}")

@@ -10,6 +10,8 @@ from pathlib import Path
 from rich.console import Console
 from torch.utils.tensorboard import SummaryWriter
 
+from configs.source_code import ROOT
+
 EVERY_SECONDS = 5.0  # between lines of progress
 RETRY_SECONDS = 60.0  # until numbers are written again after the disk refused them
 
@@ -23,9 +25,7 @@ def make_console() -> Console:
 def commit_of_code() -> str:
     """Return the commit of the code that runs, or "unknown" outside a checkout."""
     try:
-        found = subprocess.run(
-            ["git", "describe", "--always", "--dirty"], cwd=Path(__file__).parent, capture_output=True, text=True, check=True
-        )
+        found = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True, check=True)
         return found.stdout.strip()
     except (OSError, subprocess.CalledProcessError):
         return "unknown"

@@ -12,6 +12,7 @@ import pytest
 import torch
 
 from agents.policy import Policy
+from configs.source_code import imported_files
 from datasets.bvh import write_bvh
 from datasets.motion import BodyMotion
 from envs.mimic_spec import MimicSpec
@@ -230,7 +231,7 @@ def test_the_study_goes_on_where_it_was_interrupted(recordings: Path, tmp_path: 
 
 
 def test_what_a_result_depends_on_is_found_through_imports() -> None:
-    behind = {f"{file.parent.name}/{file.stem}" for file in clean_study._code_behind(Case)}
+    behind = {f"{file.parent.name}/{file.stem}" for file in imported_files(Case.__module__)}
     assert {"eval/clean_cases", "eval/crowd", "envs/physics_cpu", "agents/policy", "trainers/roots", "datasets/synthetic"} <= behind
     assert not {"eval/clean_study", "eval/page", "trainers/ppo"} & behind
 

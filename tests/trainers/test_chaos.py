@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from tests.trainers.processes import alive, descendants
-from tests.trainers.test_ppo import final_state
+from tests.trainers.run_comparison import final_state
 from trainers.checkpoint import load_newest
 
 ROOT = Path(__file__).parents[2]

@@ -13,7 +13,7 @@ from datasets.motion_library import MotionLibrary
 from envs.mimic_spec import MimicSpec
 from tests.envs.devices import DEVICES
 from tests.trainers.conftest import standing
-from tests.trainers.test_ppo import final_state, same, whole_and_in_parts
+from tests.trainers.run_comparison import final_state, same, whole_and_in_parts
 from trainers import ppo, ppo_learner
 from trainers.crew import crew
 from trainers.device_collector import DeviceCollector

@@ -12,7 +12,7 @@ from configs.errors import InputError
 from datasets.humanoid import BODY_COUNT, NAMES
 from datasets.motion import BodyMotion
 from datasets.rotation import about_axis
-from tests.trainers.test_ppo import final_state, same
+from tests.trainers.run_comparison import final_state, same
 from trainers import supervised
 from trainers.lobstr_config import LobstrConfig, LobstrDataConfig, LobstrLearnerConfig
 

@@ -5,7 +5,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,47 +16,11 @@ from configs.errors import InputError
 from datasets.motion_library import MotionLibrary
 from datasets.sources import Recorded
 from tests.trainers.conftest import standing
+from tests.trainers.run_comparison import final_state, same, whole_and_in_parts
 from trainers import ppo
-from trainers.checkpoint import load_newest
 from trainers.ppo_config import CollectConfig, PpoConfig
 from trainers.ppo_learner import PpoLearner
 from trainers.rollout_actor import RolloutActor
-
-
-def final_state(folder: Path) -> dict:
-    found = load_newest(folder / "checkpoints")
-    assert found is not None
-    return found[0]
-
-
-def same(one: dict, other: dict) -> None:
-    assert one.keys() == other.keys()
-    for key, value in one.items():
-        if isinstance(value, dict):
-            same(value, other[key])
-        elif key != "seconds":  # the clock on the wall
-            np.testing.assert_array_equal(value, other[key], err_msg=key)
-
-
-def whole_and_in_parts(config: PpoConfig, monkeypatch: pytest.MonkeyPatch) -> tuple[Path, Path]:
-    """Return the folders of a run, and of the same stopped after four iterations and resumed."""
-    whole = ppo.train(replace(config, name="whole"), resume=False)
-
-    class StopAfterFour(ppo.Stop):
-        def __init__(self, say: Callable[[str], None]) -> None:
-            super().__init__(say)
-            self.asks = 0
-
-        @property
-        def asked(self) -> bool:  # type: ignore[override]
-            self.asks += 1
-            return self.asks > 4  # asked before each iteration: the fourth is the last
-
-    with monkeypatch.context() as patch:
-        patch.setattr(ppo, "Stop", StopAfterFour)
-        parts = ppo.train(replace(config, name="parts"), resume=False)
-    assert final_state(parts)["clock"]["iteration"] == 4
-    return whole, ppo.train(replace(config, name="parts"), resume=True)
 
 
 def test_a_run_leaves_its_files(tiny: PpoConfig) -> None:

@@ -18,7 +18,7 @@ from configs.errors import InputError
 from datasets.motion_library import MotionLibrary
 from tests.trainers.conftest import standing
 from tests.trainers.processes import descendants
-from tests.trainers.test_ppo import final_state
+from tests.trainers.run_comparison import final_state
 from trainers import ppo
 from trainers.ppo_config import CollectConfig, PpoConfig, RayConfig
 from trainers.ray_cluster import RayCluster

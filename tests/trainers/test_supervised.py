@@ -12,7 +12,7 @@ from agents.root_spec import RootSpec
 from configs.errors import InputError
 from datasets.imu_suit import BODY_COUNT
 from datasets.motion import BodyMotion
-from tests.trainers.test_ppo import final_state, same
+from tests.trainers.run_comparison import final_state, same
 from trainers import supervised
 from trainers.root_config import RootConfig, RootDataConfig, RootLearnerConfig
 

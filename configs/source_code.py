@@ -1,0 +1,48 @@
+"""Which of the project's files a module's results depend on: what it imports, directly or not."""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]  # the folder that holds the packages, and of a checkout everything else
+PACKAGES = ("agents", "configs", "datasets", "envs", "eval", "trainers")
+
+
+def imported_files(*modules: str, root: Path = ROOT) -> list[Path]:
+    """Return the files of modules and all files of the project that they import, directly or not, sorted.
+
+    Args:
+        modules: Dotted names, such as "trainers.ppo".
+        root: Folder that holds the packages.
+    """
+    found, ahead = set(), [file for name in modules for file in _files_of(name, root)]
+    while ahead:
+        file = ahead.pop()
+        if file not in found:
+            found.add(file)
+            ahead += _imports(file, root)
+    return sorted(found)
+
+
+def _imports(file: Path, root: Path) -> Iterator[Path]:
+    """Yield the project's files that a file imports anywhere in it."""
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            names = [f"{node.module}.{alias.name}" for alias in node.names]  # of a module or of a name in one
+        else:
+            continue
+        for name in names:
+            if name.split(".")[0] in PACKAGES:
+                yield from _files_of(name, root)
+
+
+def _files_of(name: str, root: Path) -> Iterator[Path]:
+    """Yield the file of a module, or of the module that a dotted name stands in, and those of the packages around it."""
+    parts = name.split(".")
+    for length in range(1, len(parts) + 1):
+        path = root.joinpath(*parts[:length])
+        for file in (path / "__init__.py", path.with_suffix(".py")):
+            if file.is_file():
+                yield file
