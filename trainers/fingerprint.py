@@ -26,9 +26,8 @@ def fingerprint(settings: Mapping[str, object], source: str, mapping: str, prepa
     files, folder = find_files(source) if source != SYNTHETIC else [], Path(source)
     named = {str(file.relative_to(folder) if folder.is_dir() else file.name): file for file in files}
     named |= {file.relative_to(root).as_posix(): file for file in imported_files(prepared_by, root=root)}
-    named |= {
-        file.name: file for file in [*sorted(WEIGHTS.glob("*.safetensors")), Path(mapping)] if file.is_file()
-    }  # roots may be a model's
+    weights = sorted(WEIGHTS.glob("*.safetensors"))  # roots may be a model's
+    named |= {file.name: file for file in [*weights, Path(mapping)] if file.is_file()}
     for name, file in named.items():
         digest.update(name.encode())
         digest.update(file.read_bytes())
