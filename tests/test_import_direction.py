@@ -2,11 +2,11 @@
 
 import ast
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[1]
+from configs.source_code import ROOT
+
 MAY_IMPORT = {
     "configs": set(),
     "datasets": {"configs"},

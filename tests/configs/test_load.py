@@ -7,10 +7,11 @@ import pytest
 
 from configs.errors import InputError
 from configs.load import load_config, save_config
+from configs.source_code import ROOT
 from trainers.ppo_config import PpoConfig
 from trainers.supervised_jobs import config_class
 
-CONFIGS = sorted((Path(__file__).parents[2] / "configs").glob("*.yaml"))
+CONFIGS = sorted((ROOT / "configs").glob("*.yaml"))
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
+from configs.source_code import ROOT
 
 
 def test_foreign_datasets_package_is_named(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from configs.errors import InputError
+from configs.source_code import ROOT
 from datasets.motion_library import MotionLibrary
 from eval import benchmark, benchmark_train
 from eval.benchmark_train import LIMIT, OURS, PEER, measure_train, median_of, pair_of
@@ -138,7 +139,7 @@ if __name__ == "__main__":
     os.kill(os.getpid(), signal.SIGKILL)
 """
     (tmp_path / "killed.py").write_text(program)
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     killed = subprocess.run([sys.executable, tmp_path / "killed.py"], stdout=subprocess.PIPE, text=True, check=False, env=environment)
     assert killed.returncode == -9
     assert int(killed.stdout) > 0

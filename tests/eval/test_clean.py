@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from configs.errors import InputError
+from configs.source_code import ROOT
 from datasets.bvh import Bvh, read_bvh, write_bvh
 from datasets.motion import BodyMotion
 from eval import clean, cleaner
@@ -158,7 +159,7 @@ def test_what_cannot_be_done_is_told_in_a_line(policy: Path, tmp_path: Path, cap
 def test_the_command_line_itself(tmp_path: Path) -> None:
     arguments = [str(tmp_path / "none.bvh"), "--out", str(tmp_path / "out.bvh"), "--policy", str(saved(tmp_path))]
     command = [sys.executable, "-m", "eval.clean", *arguments]
-    done = subprocess.run(command, cwd=Path(__file__).parents[2], capture_output=True, text=True, check=False)
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
     assert "none.bvh: no such file or folder" in done.stderr

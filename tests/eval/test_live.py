@@ -20,6 +20,7 @@ from rich.console import Console
 
 from agents.lobstr_model import LobstrModel
 from agents.lobstr_spec import LobstrSpec
+from configs.source_code import ROOT
 from datasets.bodies_bvh import bvh_of
 from datasets.bvh import read_bvh, write_bvh
 from datasets.sources import load_clips
@@ -30,8 +31,6 @@ from eval.cleaner import Cleaner
 from eval.live_client import play
 from eval.live_performer import perform
 from tests.eval.live_parts import HOST, CheapBodies
-
-ROOT = Path(__file__).parents[2]
 
 
 def test_what_the_system_refuses_ends_nothing(capsys: pytest.CaptureFixture[str]) -> None:

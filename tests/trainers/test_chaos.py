@@ -15,11 +15,11 @@ from pathlib import Path
 
 import pytest
 
+from configs.source_code import ROOT
 from tests.trainers.processes import alive, descendants
 from tests.trainers.run_comparison import final_state
 from trainers.checkpoint import load_newest
 
-ROOT = Path(__file__).parents[2]
 COLLECTOR = "ray::RolloutActor"
 PATIENCE = 120.0  # s in which a run has to recover
 ROLLOUT = 32  # samples: 4 worlds, 8 steps

@@ -9,6 +9,7 @@ import pytest
 from agents.lobstr_model import LobstrModel
 from agents.lobstr_spec import LobstrSpec
 from configs.errors import InputError
+from configs.source_code import ROOT
 from datasets.humanoid import BODY_COUNT, NAMES
 from datasets.motion import BodyMotion
 from datasets.rotation import about_axis
@@ -96,7 +97,7 @@ def test_clips_that_are_too_short_are_one_line(tiny: LobstrConfig) -> None:
     ],
 )
 def test_bad_input_is_one_line(arguments: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    config = str(Path(__file__).parents[2] / "configs" / "lobstr.yaml")
+    config = str(ROOT / "configs" / "lobstr.yaml")
     assert supervised.main(["--config", config, f"runs_dir={tmp_path}/runs", *arguments]) == 2
     error = capsys.readouterr().err
     assert message in error

@@ -13,6 +13,7 @@ import pytest
 
 from agents.policy import Policy
 from configs.errors import InputError
+from configs.source_code import ROOT
 from datasets.motion_library import MotionLibrary
 from datasets.sources import Recorded
 from tests.trainers.conftest import standing
@@ -88,7 +89,7 @@ def test_a_signal_and_resume(number: signal.Signals, actors: int, tmp_path: Path
     small = ["collect.envs=4", "collect.horizon=4", "network.hidden=[8]", "samples=1000000", "checkpoint_every=1"]
     # On motion that is not the config's default seed: --resume must find it in the run's own config.
     settings = [f"runs_dir={tmp_path}", f"collect.actors={actors}", "data.suit_clips=0", "data.seed=3", *small]
-    root = Path(__file__).parents[2]
+    root = ROOT
     with subprocess.Popen([*run, *settings], cwd=root, start_new_session=True, stdout=subprocess.PIPE, text=True) as process:
         for _ in range(1200):
             if list((tmp_path / "mixed").glob("checkpoints/*.safetensors")):
@@ -164,7 +165,7 @@ def test_an_unknown_holdout_names_the_performers(tiny: PpoConfig) -> None:
 )
 def test_bad_input_is_one_line_and_exit_code_2(arguments: list[str], says: str, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "trainers.ppo", *arguments, f"runs_dir={tmp_path}", "collect.actors=0"]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parents[2], check=False)
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=False)
     assert done.returncode == 2
     assert says in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1

@@ -15,6 +15,7 @@ import ray
 from ray.cluster_utils import Cluster
 
 from configs.errors import InputError
+from configs.source_code import ROOT
 from datasets.motion_library import MotionLibrary
 from tests.trainers.conftest import standing
 from tests.trainers.processes import descendants
@@ -22,8 +23,6 @@ from tests.trainers.run_comparison import final_state
 from trainers import ppo
 from trainers.ppo_config import CollectConfig, PpoConfig, RayConfig
 from trainers.ray_cluster import RayCluster
-
-ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture

@@ -10,6 +10,7 @@ import pytest
 from agents.root_model import RootModel
 from agents.root_spec import RootSpec
 from configs.errors import InputError
+from configs.source_code import ROOT
 from datasets.imu_suit import BODY_COUNT
 from datasets.motion import BodyMotion
 from tests.trainers.run_comparison import final_state, same
@@ -138,7 +139,7 @@ def test_another_network_is_not_resumed(tiny: RootConfig) -> None:
     ],
 )
 def test_bad_input_is_one_line(arguments: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    config = str(Path(__file__).parents[2] / "configs" / "root3d.yaml")
+    config = str(ROOT / "configs" / "root3d.yaml")
     assert supervised.main(["--config", config, f"runs_dir={tmp_path}/runs", *arguments]) == 2
     error = capsys.readouterr().err
     assert message in error
