@@ -9,9 +9,9 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 from yaml import YAMLError
 
+from configs.atomic_file import whole_file
 from configs.errors import InputError
 from configs.source_code import ROOT
-from configs.whole_file import whole_file
 
 T = TypeVar("T")
 

@@ -8,9 +8,9 @@ import mujoco
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
-from datasets.motion_library import MotionLibrary
-from datasets.sources import ROUGH_GROUND_KINDS, load_clips
-from envs.mimic_spec import (
+from datasets.library.motion_library import MotionLibrary
+from datasets.library.sources import ROUGH_GROUND_KINDS, load_clips
+from envs.mimic.spec import (
     DISCOUNT_OFFSET,
     DISCOUNT_SLOPE,
     DISCOUNT_THRESHOLD,
@@ -52,7 +52,7 @@ class AdaptMimicEnv(gym.Env):  # noqa: D101 (its docstring is made from the spec
     the ground, or when physics fails.
 
     Arguments of ``gymnasium.make``: ``motions``, a BVH file, a folder of them or "synthetic"; and the fields of
-    ``envs.mimic_spec.MimicSpec``. ``env.unwrapped.observation_slices`` tells where each part stands.
+    ``envs.mimic.spec.MimicSpec``. ``env.unwrapped.observation_slices`` tells where each part stands.
 
     Observation of the default configuration (world axes):
 

@@ -5,10 +5,10 @@ from typing import Any
 import torch
 from gymnasium.vector import AutoresetMode
 
-from datasets.motion_library import MotionLibrary
-from envs.mimic_spec import EPISODE_FRAMES, MimicSpec
-from envs.physics_warp import WarpPhysics, renewed
-from envs.worlds import Worlds
+from datasets.library.motion_library import MotionLibrary
+from envs.base_vector_env import Worlds
+from envs.mimic.spec import EPISODE_FRAMES, MimicSpec
+from envs.physics.mujoco_warp import WarpPhysics, renewed
 
 
 class AdaptMimicTorchEnv(Worlds):

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
-from datasets.motion_library import MotionLibrary, Reference
-from envs.mimic_spec import EPISODE_FRAMES, MimicSpec
-from envs.physics_cpu import CpuPhysics
-from envs.worlds import Worlds
+from datasets.library.motion_library import MotionLibrary, Reference
+from envs.base_vector_env import Worlds
+from envs.mimic.spec import EPISODE_FRAMES, MimicSpec
+from envs.physics.mujoco_cpu import CpuPhysics
 
 
 class AdaptMimicVectorEnv(Worlds):

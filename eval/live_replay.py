@@ -9,12 +9,12 @@ from rich.console import Console
 
 from configs.command import exit_code_of
 from configs.errors import InputError, require
-from datasets.motion import BodyMotion
-from datasets.sources import load_clips
-from datasets.trackers import RATE
-from eval.live_client import Played, play
-from eval.live_performer import Performance, perform, score
-from eval.live_protocol import HOST, PORT
+from datasets.library.sources import load_clips
+from datasets.motion.clip import BodyMotion
+from datasets.trackers.trackers import RATE
+from eval.live.client import Played, play
+from eval.live.protocol import HOST, PORT
+from eval.live.virtual_user import Performance, perform, score
 
 HEIGHT = 171  # cm, of one of the paper's users
 

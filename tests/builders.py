@@ -5,9 +5,9 @@ import warnings
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from datasets.bvh import Bvh
-from datasets.humanoid import BODIES, HINGE_COUNT, HINGE_NAMES, NAMES, SKELETON, local_rotations
-from datasets.motion import BodyMotion
+from datasets.formats.bvh import Bvh
+from datasets.motion.clip import BodyMotion
+from datasets.motion.humanoid import BODIES, HINGE_COUNT, HINGE_NAMES, NAMES, SKELETON, local_rotations
 
 STANDING = 0.03 + 0.42 + 0.41 + 0.08  # m, height of the pelvis over the soles: hip offset, thigh, shin, ankle height
 MIXAMO = {

@@ -68,11 +68,11 @@ def test_package_imports_only_what_it_may(package: str) -> None:
 @pytest.mark.parametrize(
     ("package", "source"),
     [
-        ("datasets", "from envs.mimic_spec import SPEC"),
-        ("agents", "import envs.reward"),
-        ("envs", "from agents.policy import Policy"),
+        ("datasets", "from envs.mimic.spec import SPEC"),
+        ("agents", "import envs.mimic.reward"),
+        ("envs", "from agents.policy.policy import Policy"),
         ("trainers", "def f():\n    from eval.report import main"),
-        ("configs", "from datasets.motion import Motion"),
+        ("configs", "from datasets.motion.clip import Motion"),
         ("datasets", "from datasets import load_dataset"),
         ("datasets", "import datasets"),
         ("trainers", "from datasets.arrow_dataset import Dataset"),
@@ -92,9 +92,9 @@ def test_what_is_forbidden_is_found(package: str, source: str) -> None:
 @pytest.mark.parametrize(
     ("package", "source"),
     [
-        ("datasets", "from datasets.motion import Motion\nfrom configs.errors import InputError"),
-        ("eval", "import numpy as np\nfrom datasets.motion import Motion\nnp.load('x', allow_pickle=False)"),
-        ("trainers", "import datasets.motion"),
+        ("datasets", "from datasets.motion.clip import Motion\nfrom configs.errors import InputError"),
+        ("eval", "import numpy as np\nfrom datasets.motion.clip import Motion\nnp.load('x', allow_pickle=False)"),
+        ("trainers", "import datasets.motion.clip"),
         ("envs", "from envs import reward"),
     ],
 )

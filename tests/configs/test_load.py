@@ -8,8 +8,8 @@ import pytest
 from configs.errors import InputError
 from configs.load import load_config, save_config
 from configs.source_code import ROOT
-from trainers.ppo_config import PpoConfig
-from trainers.supervised_jobs import config_class
+from trainers.algorithms.ppo_config import PpoConfig
+from trainers.supervised.jobs import config_class
 
 CONFIGS = sorted((ROOT / "configs").glob("*.yaml"))
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from datasets.motion_library import MotionLibrary
+from datasets.library.motion_library import MotionLibrary
 from tests.builders import STANDING, posed
 from tests.envs.states import swaying
 

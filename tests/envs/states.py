@@ -7,11 +7,11 @@ import numpy as np
 import torch
 from scipy.spatial.transform import Rotation
 
-from datasets.body_state import BodyState
-from datasets.humanoid import NAMES, SKELETON, local_rotations
-from datasets.motion import BodyMotion
-from datasets.motion_library import Observed, Reference, Rewarded, axis_velocity
-from datasets.skeleton import forward_kinematics
+from datasets.library.motion_library import Observed, Reference, Rewarded, axis_velocity
+from datasets.motion.body_state import BodyState
+from datasets.motion.clip import BodyMotion
+from datasets.motion.humanoid import NAMES, SKELETON, local_rotations
+from datasets.motion.skeleton import forward_kinematics
 from envs.vector_env import AdaptMimicVectorEnv
 from tests.builders import STANDING, hinge, posed
 

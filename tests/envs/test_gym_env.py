@@ -7,10 +7,10 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.wrappers.vector import RecordEpisodeStatistics
 
 import envs
-from datasets.motion_library import MotionLibrary
+from datasets.library.motion_library import MotionLibrary
 from envs.gym_env import AdaptMimicEnv, motion_library
 from envs.vector_env import AdaptMimicVectorEnv
-from eval.render import INSTALL_HINT, can_render
+from eval.pages.render import INSTALL_HINT, can_render
 
 assert envs  # registers the env
 

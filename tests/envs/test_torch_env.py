@@ -7,8 +7,8 @@ import pytest
 import torch
 from torch.utils._python_dispatch import TorchDispatchMode
 
-from datasets.motion_library import MotionLibrary
-from envs.mimic_spec import MimicSpec
+from datasets.library.motion_library import MotionLibrary
+from envs.mimic.spec import MimicSpec
 from envs.torch_env import AdaptMimicTorchEnv
 from envs.vector_env import AdaptMimicVectorEnv
 from tests.envs.devices import DEVICES, assert_same

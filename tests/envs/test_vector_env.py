@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
-from datasets.humanoid import HINGE_NAMES
-from datasets.motion_library import MotionLibrary
-from envs.feed_forward import feed_forward
-from envs.humanoid_mjcf import HINGE_KP, HINGE_KV
-from envs.mimic_spec import REWARD_TERMS, MimicSpec
+from datasets.library.motion_library import MotionLibrary
+from datasets.motion.humanoid import HINGE_NAMES
+from envs.mimic.spec import REWARD_TERMS, MimicSpec
+from envs.physics.humanoid_mjcf import HINGE_KP, HINGE_KV
+from envs.physics.inverse_dynamics import feed_forward
 from envs.vector_env import AdaptMimicVectorEnv
 from tests.builders import posed
 from tests.envs.states import carry

@@ -9,19 +9,19 @@ import numpy as np
 import pytest
 
 from configs.errors import InputError
-from datasets.bodies_bvh import bvh_of
-from datasets.bvh import write_bvh
-from datasets.humanoid import NAMES
-from datasets.lower_body import toe_contacts
-from datasets.motion import BodyMotion
-from datasets.rotation import angle, conjugate, heading, multiply
-from datasets.standing import PELVIS_HEIGHT, STANDING_HEIGHT
-from datasets.tracker_calibration import calibrate, joint_poses
-from datasets.trackers import HEAD, PELVIS, TrackerPoses, tracker_poses
+from datasets.formats.bvh import write_bvh
+from datasets.motion.clip import BodyMotion
+from datasets.motion.humanoid import NAMES
+from datasets.motion.rotation import angle, conjugate, heading, multiply
+from datasets.motion.t_pose import PELVIS_HEIGHT, STANDING_HEIGHT
+from datasets.retarget.humanoid_bvh import bvh_of
+from datasets.trackers.calibration import calibrate, joint_poses
+from datasets.trackers.lower_body import toe_contacts
+from datasets.trackers.trackers import HEAD, PELVIS, TrackerPoses, tracker_poses
 from eval import live_replay
-from eval.live_client import play
-from eval.live_performer import perform, score
-from tests.eval.live_parts import HOST, run, serving
+from eval.live.client import play
+from eval.live.virtual_user import perform, score
+from tests.eval.live.live_parts import HOST, run, serving
 
 
 def standing(frames: int, yaw: float = 0.0) -> BodyMotion:

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from datasets import sources
-from datasets.humanoid import BODY_COUNT
-from datasets.motion import BodyMotion
-from trainers.ppo_config import CollectConfig, DataConfig, LearnerConfig, NetworkConfig, PpoConfig
+from datasets.library import sources
+from datasets.motion.clip import BodyMotion
+from datasets.motion.humanoid import BODY_COUNT
+from trainers.algorithms.ppo_config import CollectConfig, DataConfig, LearnerConfig, NetworkConfig, PpoConfig
 
 
 def standing(name: str, performer: str, frames: int = 240) -> BodyMotion:
@@ -41,5 +41,5 @@ def tiny(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> PpoConfig:
     """Return the config of a small run on two standing performers."""
     clips = [standing("one", "ann"), standing("two", "bob", 130)]
     monkeypatch.setattr(sources, "load_clips", lambda *_, **__: clips)
-    monkeypatch.setattr("trainers.motions.load_recordings", lambda *_, **__: [sources.Recorded(clip) for clip in clips])
+    monkeypatch.setattr("trainers.data.training_motions.load_recordings", lambda *_, **__: [sources.Recorded(clip) for clip in clips])
     return small_run("tiny", tmp_path / "runs")

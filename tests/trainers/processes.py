@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from eval.process_family import family
+from eval.benchmark.timing.process_tree import family
 
 
 def descendants(ancestor: int, title: str = "") -> list[int]:

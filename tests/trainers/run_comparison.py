@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from trainers import ppo
-from trainers.checkpoint import load_newest
-from trainers.ppo_config import PpoConfig
+from trainers.algorithms.ppo_config import PpoConfig
+from trainers.ppo import cli as ppo
+from trainers.runs.checkpoint import load_newest
 
 
 def final_state(folder: Path) -> dict:

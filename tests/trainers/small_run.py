@@ -9,10 +9,12 @@ from pathlib import Path
 
 from configs.command import exit_code_of
 from configs.load import load_config, save_config
-from datasets.sources import Recorded
+from datasets.library.sources import Recorded
 from tests.trainers.conftest import small_run, standing
-from trainers import motions, ppo, ray_pool
-from trainers.ppo_config import PpoConfig
+from trainers.algorithms.ppo_config import PpoConfig
+from trainers.data import training_motions as motions
+from trainers.distributed import ray_pool
+from trainers.ppo import cli as ppo
 
 LATE_SECONDS, HUNG_SECONDS = 1.0, 4.0
 

@@ -1,0 +1,123 @@
+"""LoBSTr: from what four trackers do to how the legs are bent, and whether toes stand (section 3.2)."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, NamedTuple, Self
+
+import torch
+from torch import nn
+
+from agents.lobstr.encoders import make_encoder
+from agents.lobstr.spec import LobstrSpec
+from agents.model_file import load_network, save_network
+from datasets.motion.rotation import Array
+from datasets.trackers.lower_body import JOINTS, SIX, from_six, pelvis_tilt, to_six, turned_legs
+
+POSE = len(JOINTS) * SIX
+FLOOR = 1e-4  # least standard deviation of a feature: what hardly varies is not blown up
+
+
+class LowerBody(NamedTuple):
+    """What the network says of frames.
+
+    Attributes:
+        pose: Forward and up axes of the eight joints, neither unit nor square yet; ``leg_matrices`` says what they mean; (..., 48).
+        contact: Logits of each toe-base without and with contact, shape (..., 2, 2).
+    """
+
+    pose: torch.Tensor
+    contact: torch.Tensor
+
+
+def pose_targets(spec: LobstrSpec, poses: Array, pelvis: Array) -> Array:
+    """Return what a network is to predict (..., 48), of NumPy or torch.
+
+    Args:
+        spec: Of the network.
+        poses: Forward and up axes of the eight joints against their parents, shape (..., 48).
+        pelvis: Its rotations in the world, shape (..., 4).
+    """
+    if not spec.upright:
+        return poses
+    legs = turned_legs(_legs(poses), pelvis_tilt(pelvis))
+    return to_six(legs).reshape(poses.shape)
+
+
+def leg_matrices(spec: LobstrSpec, predicted: Array, pelvis: Array) -> Array:
+    """Return rotation matrices (..., 8, 3, 3) of the eight joints against their parents, of NumPy or torch.
+
+    Args:
+        spec: Of the network.
+        predicted: By it, shape (..., 48).
+        pelvis: Its rotations in the world, shape (..., 4).
+    """
+    legs = _legs(predicted)
+    return turned_legs(legs, pelvis_tilt(pelvis).swapaxes(-1, -2)) if spec.upright else legs
+
+
+def _legs(poses: Array) -> Array:
+    return from_six(poses.reshape(*poses.shape[:-1], len(JOINTS), SIX))
+
+
+class LobstrModel(nn.Module):
+    """Encoder, latent layer and the two linear heads, with the statistics of features and poses, which are part of the weights."""
+
+    feature_mean: torch.Tensor
+    feature_std: torch.Tensor
+    pose_mean: torch.Tensor
+
+    def __init__(self, spec: LobstrSpec) -> None:
+        """Build an untrained network."""
+        super().__init__()
+        self.spec = spec
+        self.encoder = make_encoder(spec.encoder, spec.features, spec.hidden)
+        self.to_latent = nn.Linear(spec.hidden, spec.latent)
+        self.from_pose = nn.Linear(POSE, spec.latent) if spec.autoregressive else None
+        wide = spec.latent * (2 if spec.autoregressive else 1)
+        self.to_pose, self.to_contact = nn.Linear(wide, POSE), nn.Linear(wide, 4)
+        self.register_buffer("feature_mean", torch.zeros(spec.features))
+        self.register_buffer("feature_std", torch.ones(spec.features))
+        self.register_buffer("pose_mean", torch.zeros(POSE))
+
+    @torch.no_grad()
+    def fit_normalisation(self, features: torch.Tensor, poses: torch.Tensor) -> None:
+        """Take the statistics of features (..., F) and poses (..., 48)."""
+        self.feature_mean.copy_(features.flatten(0, -2).mean(0))
+        self.feature_std.copy_(features.flatten(0, -2).std(0).clamp(min=FLOOR))
+        self.pose_mean.copy_(poses.flatten(0, -2).mean(0))
+
+    def forward(self, features: torch.Tensor, poses_before: torch.Tensor | None = None) -> LowerBody:
+        """Return what raw features (B, T, F) say of every frame that has a second behind it: S = T - 44 of them.
+
+        Args:
+            features: Raw features of frames that follow one another.
+            poses_before: Of the S frames before the predicted ones, shape (B, S, 48); of the autoregressive network alone.
+        """
+        return self.read(self.encoder(self.normalised(features)), poses_before)
+
+    def normalised(self, features: torch.Tensor) -> torch.Tensor:
+        """Return features with zero mean and unit variance."""
+        return (features - self.feature_mean) / self.feature_std
+
+    def read(self, state: torch.Tensor, pose_before: torch.Tensor | None = None) -> LowerBody:
+        """Return what states (..., hidden) of the encoder mean; arguments are those of ``forward``."""
+        latent = torch.relu(self.to_latent(state))
+        if self.from_pose is not None:
+            assert pose_before is not None
+            latent = torch.cat([latent, self.from_pose(pose_before - self.pose_mean)], -1)
+        return LowerBody(self.to_pose(latent) + self.pose_mean, self.to_contact(latent).unflatten(-1, (2, 2)))
+
+    def save(self, path: Path, card: dict[str, Any]) -> None:
+        """Write weights, statistics, spec and ``card`` as safetensors."""
+        save_network(self, path, asdict(self.spec), card)
+
+    @classmethod
+    def load(cls, path: Path) -> tuple[Self, dict[str, Any]]:
+        """Return a network that ``save`` wrote, ready to predict, and its card.
+
+        Raises:
+            InputError: If there is no such file, or it holds no LoBSTr network.
+        """
+        where = "python -m trainers.supervised --config configs/lobstr.yaml leaves one in runs/lobstr/best/model.safetensors"
+        model, card = load_network(path, lambda **spec: cls(LobstrSpec(**spec)), "LoBSTr network", where)
+        return model.eval(), card

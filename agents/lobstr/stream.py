@@ -1,0 +1,69 @@
+"""The lower bodies of people whose trackers are followed live: one frame of any number of them at a time.
+
+The state of the recurrent network is carried from frame to frame, so that a frame costs one step and not a second's 45.
+"""
+
+import numpy as np
+import torch
+
+from agents.lobstr.encoders import RecurrentEncoder
+from agents.lobstr.model import LobstrModel, leg_matrices
+from agents.lobstr.spec import WINDOW
+from datasets.motion.rotation_matrices import quaternions
+from datasets.trackers.features import tracker_features
+from datasets.trackers.trackers import PELVIS, TRACKERS, TrackerPoses
+
+
+class LowerBodyStream:
+    """Follows a fixed number of users, each in a row of its own."""
+
+    def __init__(self, model: LobstrModel, users: int) -> None:
+        """Follow ``users`` people, none of whom was seen before.
+
+        Raises:
+            ValueError: If the network is not the paper's own kind, a GRU that does not see its own poses.
+        """
+        if model.spec.encoder != "gru" or model.spec.autoregressive:
+            raise ValueError(f"a stream needs a GRU that does not see its own poses, not {model.spec}")
+        self._model = model.eval()
+        assert isinstance(model.encoder, RecurrentEncoder)
+        layer = model.encoder.layer
+        weights = dict(layer.named_parameters())
+        self._weights = tuple(weights[name] for name in ("weight_ih_l0", "weight_hh_l0", "bias_ih_l0", "bias_hh_l0"))
+        self._state = torch.zeros(users, model.spec.hidden)
+        self._before = TrackerPoses(np.zeros((users, len(TRACKERS), 3)), np.zeros((users, len(TRACKERS), 4)))
+        self._seen = np.zeros(users, dtype=int)
+
+    def reset(self, rows: np.ndarray) -> None:
+        """Forget the users in ``rows``, shape (n,)."""
+        self._state[rows] = 0.0
+        self._seen[rows] = 0
+
+    @torch.inference_mode()
+    def push(self, rows: np.ndarray, joints: TrackerPoses) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Take the next frame of some users, 1/45 s after the one before.
+
+        Args:
+            rows: Of these users, each once, shape (n,).
+            joints: Positions (n, 4, 3) [m] and rotations (n, 4, 4) of the joints that wear the trackers, at the standard skeleton's size.
+
+        Returns:
+            Rotations of the eight joints, wxyz (n, 8, 4); contacts of the toe-bases (n, 2), bool; and who has been watched for a
+            second, (n,): what is said of others is a guess.
+        """
+        first = self._seen[rows] == 0
+        before = TrackerPoses(*(part[rows] for part in self._before))
+        if first.any():
+            for old, new in zip(before, joints, strict=True):
+                old[first] = new[first]
+        for stored, new in zip(self._before, joints, strict=True):
+            stored[rows] = new
+        features = torch.from_numpy(tracker_features(self._model.spec.inputs, before, joints).astype(np.float32))
+        at = torch.from_numpy(rows)
+        state = torch.gru_cell(self._model.normalised(features), self._state[at], *self._weights)
+        state[torch.from_numpy(first)] = 0.0  # one frame says nothing about velocities
+        self._state[at] = state
+        self._seen[rows] += 1
+        body = self._model.read(state)
+        legs = leg_matrices(self._model.spec, body.pose.numpy().astype(float), joints.rotations[:, PELVIS])
+        return quaternions(legs), body.contact.numpy().argmax(-1).astype(bool), self._seen[rows] > WINDOW

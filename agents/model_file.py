@@ -1,0 +1,60 @@
+"""A network on disk: its weights, its shape and a model card in one safetensors file, written whole or not at all."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import save_file
+from torch import nn
+
+from configs.atomic_file import whole_file
+from configs.errors import InputError
+
+N = TypeVar("N", bound=nn.Module)
+
+
+def save_network(network: nn.Module, path: Path, shape: dict[str, Any], card: dict[str, Any]) -> None:
+    """Write a network.
+
+    Args:
+        network: All of its parameters and buffers are written.
+        path: File to write.
+        shape: JSON values that the network is built from.
+        card: JSON values that say what it is and what it was trained on.
+
+    Raises:
+        OSError: If that could not be; a file that was there stays.
+    """
+    weights = {name: tensor.contiguous() for name, tensor in network.state_dict().items()}
+    try:
+        with whole_file(path) as temporary:
+            save_file(weights, temporary, metadata={"shape": json.dumps(shape), "card": json.dumps(card)})
+    except SafetensorError as error:  # such as a full disk; the values themselves are known to be good
+        raise OSError(f"{path} could not be written: {error}") from error
+
+
+def load_network(path: Path, build: Callable[..., N], what: str, where: str) -> tuple[N, dict[str, Any]]:
+    """Return a network that ``save_network`` wrote, and its card.
+
+    Args:
+        path: File to read.
+        build: Takes the shape's values as keywords and returns a network without its weights.
+        what: It is called, such as "policy".
+        where: A user finds one.
+
+    Raises:
+        InputError: If there is no such file, or it holds no such network.
+    """
+    if not path.is_file():
+        raise InputError(f"there is no {what} at {path}; {where}")
+    try:
+        with safe_open(path, framework="pt") as file:
+            metadata = file.metadata() or {}
+            weights = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 (no mapping)
+        network = build(**json.loads(metadata["shape"]))
+        network.load_state_dict(weights)
+        return network, json.loads(metadata["card"])
+    except (SafetensorError, KeyError, TypeError, RuntimeError, json.JSONDecodeError):
+        raise InputError(f"{path} holds no {what} of this project (a safetensors file with its shape and card)") from None

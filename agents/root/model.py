@@ -1,0 +1,89 @@
+"""A root model: network and normalisation; from windows of features to paths in metres."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, Self
+
+import torch
+from torch import nn
+
+from agents.model_file import load_network, save_network
+from agents.root.spec import NETWORKS, RootSpec
+from agents.root.stance_points import support_paths
+from datasets.motion.rotation import Array
+
+FLOOR = 1e-3  # least standard deviation of a feature or target [m, m/s^2]: what hardly varies is not blown up
+
+
+def paths_of(spec: RootSpec, features: Array, output: Array, mean: Array, std: Array) -> Array:
+    """Return the paths [m] (B, W, 3) that a network's output means; NumPy or torch.
+
+    Args:
+        spec: Of the model.
+        features: Raw features of windows, shape (B, W, F).
+        output: Of the network, shape (B, W, ``spec.outputs``).
+        mean: Of targets [m], shape (3,).
+        std: Of targets [m], shape (W, 3).
+    """
+    paths = output[..., :3] * std + mean
+    return paths + support_paths(spec, features, output[..., 3:]) if spec.support else paths
+
+
+class RootModel(nn.Module):
+    """Network with the statistics of its features and targets, which are part of its weights."""
+
+    feature_mean: torch.Tensor
+    feature_std: torch.Tensor
+    target_mean: torch.Tensor
+    target_std: torch.Tensor
+
+    def __init__(self, spec: RootSpec) -> None:
+        """Build an untrained model."""
+        super().__init__()
+        self.spec = spec
+        self.network = NETWORKS[spec.network](spec.features, spec.outputs)
+        self.register_buffer("feature_mean", torch.zeros(spec.features))
+        self.register_buffer("feature_std", torch.ones(spec.features))
+        self.register_buffer("target_mean", torch.zeros(3))
+        self.register_buffer("target_std", torch.ones(spec.window, 3))
+
+    @torch.no_grad()
+    def fit_normalisation(self, features: torch.Tensor, targets: torch.Tensor) -> None:
+        """Take the statistics of features (B, W, F) and targets (B, W, 3).
+
+        Only an absolute height has a mean to take away: displacements of people who walk forwards have one as well, but who stands
+        still has moved by zero.
+        """
+        self.feature_mean.copy_(features.mean((0, 1)))
+        self.feature_std.copy_(features.std((0, 1)).clamp(min=FLOOR))
+        if self.spec.vertical == "height":
+            self.target_mean[2] = targets[..., 2].mean()
+        self.target_std.copy_((targets - self.target_mean).square().mean(0).sqrt().clamp(min=FLOOR))
+
+    def normalised(self, features: torch.Tensor) -> torch.Tensor:
+        """Return features (B, W, F) with zero mean and unit variance."""
+        return (features - self.feature_mean) / self.feature_std
+
+    def paths(self, features: torch.Tensor) -> torch.Tensor:
+        """Return what the model reads from raw features (B, W, F), with gradients [m], shape (B, W, 3)."""
+        return paths_of(self.spec, features, self.network(self.normalised(features)), self.target_mean, self.target_std)
+
+    @torch.inference_mode()
+    def forward(self, features: torch.Tensor) -> torch.Tensor:
+        """Return the same without gradients; what it means says ``root_window.window_targets``."""
+        return self.paths(features)
+
+    def save(self, path: Path, card: dict[str, Any]) -> None:
+        """Write weights, normalisation, spec and ``card`` as safetensors."""
+        save_network(self, path, asdict(self.spec), card)
+
+    @classmethod
+    def load(cls, path: Path) -> tuple[Self, dict[str, Any]]:
+        """Return a model that ``save`` wrote, ready to predict, and its card.
+
+        Raises:
+            InputError: If there is no such file, or it holds no root model.
+        """
+        where = "python -m trainers.supervised leaves one in runs/<name>/best/model.safetensors"
+        model, card = load_network(path, lambda **spec: cls(RootSpec(**spec)), "root model", where)
+        return model.eval(), card

@@ -1,0 +1,87 @@
+"""Root models for one window at a time; Root3D's network as plain matrices, since PyTorch spends most of so short a call on itself."""
+
+from collections.abc import Callable
+from copy import deepcopy
+from math import prod
+
+import numpy as np
+import torch
+from torch import nn
+
+from agents.root.model import RootModel, paths_of
+from agents.root.networks.root3d_unet import CHANNELS, WINDOW, Root3dUnet
+from agents.root.networks.temporal_unet import ConvolutionPair
+
+Affine = tuple[np.ndarray, np.ndarray]  # a matrix, and what is added
+Predictor = Callable[[np.ndarray], np.ndarray]
+
+
+def window_predictor(model: RootModel) -> Predictor:
+    """Return ``RootModel.forward`` for one window: from raw features (W, F) to the path (W, 3) [m].
+
+    Args:
+        model: Root3D's weights of this moment are copied.
+    """
+    if not isinstance(model.network, Root3dUnet):
+        return lambda features: model(torch.from_numpy(features)[None])[0].numpy()
+    network = unrolled(model.network)
+    parts = (model.feature_mean, model.feature_std, model.target_mean, model.target_std)
+    mean, std, target_mean, target_std = (part.cpu().numpy().copy() for part in parts)
+
+    def predict(features: np.ndarray) -> np.ndarray:
+        output = network((features - mean) / std)
+        return paths_of(model.spec, features[None], output[None], target_mean, target_std)[0]
+
+    return predict
+
+
+def unrolled(network: Root3dUnet) -> Predictor:
+    """Return a function from a window of normalised features (8, F) to what the network gives (8, outputs), in single precision.
+
+    A convolution over a few frames is one matrix from all its inputs to all its outputs.
+
+    Args:
+        network: Its weights of this moment are copied.
+    """
+    network = deepcopy(network).double().cpu()
+    unet, frames = network.unet, [WINDOW >> scale for scale in range(len(network.unet.encoder))]
+    first, second = _affine(network.first, network.first.in_features), _affine(network.second, network.second.in_features)
+    encoder = [_pair(pair, count) for pair, count in zip(unet.encoder, frames, strict=True)]
+    decoder = [_pair(pair, count) for pair, count in zip(unet.decoder, frames[:-1], strict=True)]
+    double = nn.Upsample(scale_factor=2.0, mode="linear")
+    doubled = [_affine(double, CHANNELS, count)[0] for count in frames[1:]]
+    head, bias = _affine(unet.head, CHANNELS, WINDOW)
+
+    def predict(window: np.ndarray) -> np.ndarray:
+        x = _through((first, second), window.ravel())
+        skipped = []
+        for scale, pair in enumerate(encoder):
+            x = _through(pair, x if scale == 0 else np.maximum(x[::2], x[1::2]))
+            skipped.append(x)
+        for pair, up, skip in zip(reversed(decoder), reversed(doubled), reversed(skipped[:-1]), strict=True):
+            x = _through(pair, np.concat([skip, up @ x]))
+        return (head @ x + bias).reshape(-1, WINDOW).T
+
+    return predict
+
+
+def _pair(pair: nn.Module, frames: int) -> tuple[Affine, Affine]:
+    """Return two consecutive convolutions over so many frames."""
+    assert isinstance(pair, ConvolutionPair)
+    return _affine(pair.first, pair.first.in_channels, frames), _affine(pair.second, pair.second.in_channels, frames)
+
+
+def _affine(layer: nn.Module, *shape: int) -> Affine:
+    """Return a layer that is affine in inputs of ``shape``, as it works on flat ones: what it makes of zero and of each unit vector."""
+    basis = torch.eye(prod(shape), dtype=torch.float64).view(-1, *shape)
+    with torch.no_grad():
+        zero = layer(torch.zeros_like(basis[:1]))
+        columns = (layer(basis) - zero).flatten(1)
+    return np.ascontiguousarray(columns.numpy().T, dtype=np.float32), zero.flatten().numpy().astype(np.float32)
+
+
+def _through(layers: tuple[Affine, Affine], x: np.ndarray) -> np.ndarray:
+    """Return what two layers with ReLU make of ``x``."""
+    for matrix, added in layers:
+        x = np.maximum(matrix @ x + added, 0.0)
+    return x

@@ -1,0 +1,172 @@
+"""The pelvis' path of a performance that is still going on: one frame at a time in, one position out."""
+
+from collections import deque
+
+import numpy as np
+
+from agents.root.model import RootModel
+from agents.root.numpy_inference import window_predictor
+from agents.root.path import FULL_ORDER, check_length
+from agents.root.reconstruct import standing_root
+from agents.root.stream_filters import StreamFilters
+from agents.root.streaming_path import FirstSteps, Known, MeanSteps
+from configs.errors import InputError
+from datasets.imu.root_features import RATE, face_forward
+from datasets.imu.sensor_model import SENSOR_BODIES
+from datasets.motion.clip import BodyMotion
+from datasets.motion.humanoid import BODY_COUNT, NAMES
+from datasets.motion.pose_points import PosePoints, pose_points
+from datasets.motion.rotation import heading
+
+_UNIT = 1e-3  # by which the squared length of a rotation's quaternion may differ from 1
+
+
+class RootStream:
+    """A root model at work on frames at 100 Hz; gives the path that ``reconstruct_root`` gives of the whole clip.
+
+    The position of a frame is known when ``delay`` more frames have come: 6 (0.06 s) with Root3D, 62 (0.62 s) with planar models
+    of displacements, 63 with those of heights. Only then are the last windows complete that have a say in it: a step between two
+    frames is within windows that start at its first frame or before, a height within those that start at its own frame or before.
+    """
+
+    def __init__(self, model: RootModel, order: int = FULL_ORDER, filtered: bool = True) -> None:
+        """Get ready for the first frame.
+
+        Args:
+            model: Trained; its weights of this moment are used.
+            order: w of F_w (thesis eq. 3.12); has no effect on planar models.
+            filtered: Whether the path goes through the filters of ``reconstruct_root``.
+        """
+        self._spec, self._predict = model.spec, window_predictor(model)
+        self._order, self._filtered = order, filtered
+        self._start_over()
+
+    @property
+    def delay(self) -> int:
+        """Frames that come between a frame and its position."""
+        return self._spec.window - 2 + (self._spec.vertical == "height")
+
+    def push(self, local_rotations: np.ndarray, accelerations: np.ndarray | None = None) -> np.ndarray | None:
+        """Take the next frame and return the pelvis' position (3,) [m] ``delay`` frames ago; None as long as there was no frame then.
+
+        Args:
+            local_rotations: Relative to the parent body, the pelvis' to the world, wxyz, shape (20, 4).
+            accelerations: Free accelerations of the sensors in the world [m/s^2], shape (19, 3).
+
+        Raises:
+            InputError: If the frame is not as it should be; the stream is as it was before and takes another.
+        """
+        frame = f"frame {self._count} of the stream"
+        rotations = _checked_rotations(local_rotations, frame)
+        measured = None if accelerations is None else _checked_accelerations(accelerations, frame)
+        self._check_presence(measured is not None, frame)
+        pose = pose_points(rotations)
+        pose = pose._replace(centre=pose.centre.astype(np.float32))
+        if not self._count:
+            self._begin(pose, rotations, measured is not None)
+        self._count += 1
+        self._see(pose, rotations, measured)
+        if self._count >= self._spec.window:
+            self._vote()
+        return self._next_position() if self._count > self.delay else None
+
+    def finish(self) -> np.ndarray:
+        """Return the positions (delay, 3) [m] of the last frames, and get ready for another performance.
+
+        Raises:
+            InputError: If fewer frames came than a window has; more may come.
+        """
+        check_length(self._spec, self._count)
+        self._know(self._votes.rest())
+        self._filters.end()
+        rest = np.stack([self._next_position() for _ in range(self.delay)])
+        self._start_over()
+        return rest
+
+    def _start_over(self) -> None:
+        """Forget all frames."""
+        window = self._spec.window
+        self._count = 0
+        self._vectors = np.zeros((window, len(self._spec.bodies), 3), dtype=np.float32)  # joints and accelerations of the last frames
+        self._headings = np.zeros(window, dtype=np.float32)
+        self._votes = FirstSteps(self._order) if self._spec.steps_ahead else MeanSteps(self._spec)
+        self._steps = deque([np.zeros(3)])  # into the frames whose positions are due, as far as known; into the first there is none
+        self._heights: deque[float] = deque()  # of these frames
+        self._poses: deque[PosePoints] = deque()
+        self._filters = StreamFilters()
+        self._point = self._first_centre = np.zeros(3)
+        self._measured = self._spec.accelerations  # whether accelerations come with the frames
+
+    def _begin(self, pose: PosePoints, rotations: np.ndarray, measured: bool) -> None:
+        """Put the first frame on the ground."""
+        self._point = standing_root(BodyMotion(np.zeros((1, 3)), rotations[None], RATE, "stream"))
+        self._first_centre, self._measured = pose.centre, measured
+
+    def _check_presence(self, measured: bool, frame: str) -> None:
+        """Raise InputError if accelerations are missing, or come with some frames only."""
+        if self._spec.accelerations and not measured:
+            raise InputError(
+                f"{frame}: the model needs the sensors' accelerations; without sensors use one trained with model.accelerations: false, "
+                "since those of a pose take a low-pass filter that sees what comes after"
+            )
+        if self._count and measured != self._measured:
+            raise InputError(f"{frame}: accelerations are {'there' if measured else 'missing'}, should come with every frame or with none")
+
+    def _see(self, pose: PosePoints, rotations: np.ndarray, measured: np.ndarray | None) -> None:
+        """Move the window on by a frame."""
+        vectors = pose.joints if self._spec.steps_ahead else pose.joints[1:]
+        if measured is not None:
+            if self._spec.accelerations:
+                vectors = np.concat([vectors, measured])
+            if self._spec.steps_ahead:
+                self._filters.feel(measured)
+        self._vectors = np.concat([self._vectors[1:], vectors[None]], dtype=np.float32)
+        self._headings = np.append(self._headings[1:], heading(rotations[0]).astype(np.float32))
+        self._poses.append(pose)
+
+    def _vote(self) -> None:
+        """Hear the window that the last frame has completed."""
+        axes = face_forward(np.eye(3)[None], self._headings[:1])[0]  # rows: where the world's axes are from the window's first frame
+        turned = (self._vectors.reshape(-1, 3) @ axes.astype(np.float32)).reshape(self._spec.window, -1)
+        features = np.zeros((self._spec.window, self._spec.features), dtype=np.float32)
+        features[:, : turned.shape[1]] = turned
+        self._know(self._votes.add(self._predict(features) @ axes.T))
+
+    def _know(self, known: Known) -> None:
+        """Keep steps and heights for the frames they belong to."""
+        self._steps.extend(known[0])
+        self._heights.extend(known[1])
+
+    def _next_position(self) -> np.ndarray:
+        """Return the position of the first frame that is due."""
+        pose = self._poses.popleft()
+        self._point = self._point + self._steps.popleft()
+        position = self._point.copy()
+        if self._spec.target == "com":
+            position -= pose.centre - self._first_centre
+        if self._heights:
+            position[2] = self._heights.popleft() - (pose.centre[2] if self._spec.target == "com" else 0.0)
+        return self._filters.follow(position, pose) if self._filtered else position
+
+
+def _checked_rotations(local_rotations: np.ndarray, frame: str) -> np.ndarray:
+    """Return the rotations (20, 4) of a frame in double precision; raise InputError, naming the ``frame``, if they are none."""
+    rotations = np.asarray(local_rotations, dtype=float)
+    if rotations.shape != (BODY_COUNT, 4):
+        raise InputError(f"{frame}: rotations have shape {rotations.shape}, should be ({BODY_COUNT}, 4)")
+    good = abs(np.einsum("bc,bc->b", rotations, rotations) - 1.0) < _UNIT
+    if not good.all():
+        raise InputError(f"{frame}: rotation of {NAMES[good.argmin()]} is {rotations[good.argmin()]}, should be a quaternion of length 1")
+    return rotations
+
+
+def _checked_accelerations(accelerations: np.ndarray, frame: str) -> np.ndarray:
+    """Return the accelerations (19, 3) of a frame; raise InputError, naming the ``frame``, if they are none."""
+    measured = np.asarray(accelerations, dtype=float)
+    if measured.shape != (len(SENSOR_BODIES), 3):
+        raise InputError(f"{frame}: accelerations have shape {measured.shape}, should be ({len(SENSOR_BODIES)}, 3)")
+    good = np.isfinite(measured)
+    if not good.all():
+        body = NAMES[SENSOR_BODIES[good.all(axis=1).argmin()]]
+        raise InputError(f"{frame}: acceleration of {body} is not a finite number; repeat the last one or cut the gap")
+    return measured

@@ -1,0 +1,44 @@
+"""Windows of a clip as a root model takes them: features, and the true path as targets; all facing forward.
+
+B windows, W frames each, F features. Every window is turned about the vertical so that its first frame faces x
+(thesis 2.4.3 and 3.4.1).
+"""
+
+import torch
+from torch.nn import functional
+
+from agents.root.spec import RootSpec
+from datasets.imu.root_features import RootFrames, face_forward
+
+
+def window_features(spec: RootSpec, frames: RootFrames, starts: torch.Tensor) -> torch.Tensor:
+    """Return the features (B, W, F) of windows.
+
+    Args:
+        spec: Of the model.
+        frames: As torch tensors.
+        starts: First frame of each window, shape (B,).
+    """
+    rows = starts[:, None] + torch.arange(spec.window)
+    joints = frames.joints[rows]
+    if not spec.steps_ahead:
+        turned = face_forward(joints[:, :, 1:], frames.heading[starts]).flatten(2)
+        return functional.pad(turned, (0, spec.features - turned.shape[-1]))
+    vectors = torch.cat([joints, frames.accelerations[rows]], 2) if spec.accelerations else joints
+    return face_forward(vectors, frames.heading[starts]).flatten(2)
+
+
+def window_targets(spec: RootSpec, frames: RootFrames, starts: torch.Tensor) -> torch.Tensor:
+    """Return what the model should say of windows [m], shape (B, W, 3).
+
+    Of "root3d" s_k = T_(n+k+1) - T_n for k = 0..7 (thesis eq. 3.4 with ERRATA); of the planar networks the path along the window
+    from where it starts, its height absolute where the spec says so (thesis 2.4.4). The arguments are those of ``window_features``;
+    a window of "root3d" needs one frame more than it has.
+    """
+    path = frames.com if spec.target == "com" else frames.root
+    rows = starts[:, None] + torch.arange(spec.window) + int(spec.steps_ahead)
+    steps = path[rows] - path[starts][:, None]
+    turned = face_forward(steps, frames.heading[starts])
+    if spec.vertical == "height":
+        turned[..., 2] = path[rows][..., 2]
+    return turned

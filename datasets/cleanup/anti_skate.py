@@ -1,0 +1,190 @@
+"""The anti-skate filter: the root moves as it is told, except that feet which stand keep still. Causal, frame by frame, no delay."""
+
+from dataclasses import dataclass, replace
+from math import exp, sqrt
+
+import numpy as np
+
+from datasets.motion.clip import BodyMotion
+from datasets.motion.humanoid import BODY_COUNT, SKELETON
+from datasets.motion.kinematics import sole_points, support_steps
+from datasets.motion.skeleton import forward_kinematics
+from datasets.retarget.retarget import SAME_LEVEL
+
+# Measured on simulated suits, with a root that errs by 1 cm/s of bias, 3 cm/s of wandering and 3 % of the way: here walks of cmu/train
+# end up about as near to the truth as without the filter, and skate at 25 instead of 32 cm/s. With 0.3 and 0.6 m/s and 5 cm it is
+# 17 cm/s, but a suit's legs are followed while they are wrong, and ``e_mse`` doubles. Without ``STILL`` such legs make stairs up to
+# 15 % too high or too low.
+START = 0.2  # m/s, of the point a foot stands on, under which it is held
+STOP = 0.4  # m/s, above which it is let go
+STILL = 0.1  # m/s, under which a held foot is believed to keep its height, at twice that speed not at all; and the scale of trust
+SLIP = 0.04  # m, that a held foot would have slipped without the filter, beyond which it is let go
+SLIP_SECONDS = 0.5  # s, within which slips are forgotten, so that a slowly drifting root never tears a standing foot off
+SMOOTHING = 0.03  # s, over which speeds are averaged, so that the jitter of one frame decides nothing
+GRIP_SECONDS = 0.05  # s, until a hold takes full effect
+SETTLE_SECONDS = 0.1  # s, that a foot must be slow for before it stands on a level that is new
+TRUST_SECONDS = 1.0  # s of standing after which a new level is a known one
+LEVEL_SECONDS = 0.3  # s, within which the root is brought to where its held feet are on their known levels
+
+
+@dataclass(slots=True)
+class _Foot:
+    """One foot: how it moves under the root that is asked for, how firmly it is held, and what it stands on.
+
+    Attributes:
+        moved: Of the point it stands on, in this frame, if the root moved as asked [m].
+        velocity: The same, smoothed [m per frame].
+        speed: Its length [m per frame].
+        slip: The same, summed up since it is held and slowly forgotten [m].
+        held: Whether it is held.
+        grip: How firmly, 0 to 1.
+        seconds: For how long it has been slow, or held [s].
+        level: Height of what it stands on, or stood on last [m].
+        known: Whether that is a known level rather than a new one.
+        remembered: The last known level [m].
+    """
+
+    moved: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    speed: float = 0.0
+    slip: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    held: bool = False
+    grip: float = 0.0
+    seconds: float = 0.0
+    level: float | None = None
+    known: bool = False
+    remembered: float | None = None
+
+    def stand(self, level: float, known: bool) -> None:
+        """Begin to hold the foot, on a level [m]."""
+        self.held, self.seconds, self.slip = True, 0.0, (0.0, 0.0, 0.0)
+        self.level, self.known = level, known
+        self.remembered = level if known else self.remembered
+
+
+class AntiSkate:
+    """The filter of one figure, one frame at a time.
+
+    A foot that is slow under the root that is asked for is held: horizontally the root takes over the movement that keeps it
+    where it is; of two that are held the slower one counts for more. It also keeps its height, if it is slow enough to be believed;
+    and the root is gradually brought to where held feet are on the levels they are known to stand on. So level ground stays level,
+    while a foot that comes to rest on none of those has found a stair, whose height is then what root and leg say. (So a ramp, which
+    is climbed by less than ``SAME_LEVEL`` a step, becomes level ground.)
+
+    Source: thesis 3.5.2, "sets foot velocities to zero when they fall under a small threshold".
+    """
+
+    def __init__(self, fps: float, root: np.ndarray, soles: np.ndarray) -> None:
+        """Start a figure.
+
+        Args:
+            fps: Frames per second of the frames to come.
+            root: Position of the root in the first frame [m], shape (3,).
+            soles: Sole points of the first frame relative to the root, in the world's axes [m], shape (2, 3, 3).
+        """
+        self._dt = 1.0 / fps
+        self._smooth, self._pull = 1.0 - exp(-self._dt / SMOOTHING), 1.0 - exp(-self._dt / LEVEL_SECONDS)
+        self._forget, self._tighten = exp(-self._dt / SLIP_SECONDS), self._dt / GRIP_SECONDS
+        self._start, self._stop, self._still = START * self._dt, STOP * self._dt, STILL * self._dt
+        self._root = float(root[0]), float(root[1]), float(root[2])
+        self._soles = np.array(soles, dtype=float)
+        self._feet = (_Foot(), _Foot())
+
+    def step(self, displacement: np.ndarray, soles: np.ndarray) -> np.ndarray:
+        """Return the root's position (3,) [m] in the next frame.
+
+        Args:
+            displacement: That the root is asked to move since the frame before [m], shape (3,).
+            soles: Sole points of the next frame relative to the root, in the world's axes [m], shape (2, 3, 3).
+        """
+        pair = np.stack([self._soles, soles])
+        self._soles = pair[1]
+        return np.array(self._follow(np.asarray(displacement, dtype=float).tolist(), _supports(pair)[0].tolist()))
+
+    def _follow(self, asked: list[float], supports: list[list[float]]) -> tuple[float, float, float]:
+        """Return the root's position in the next frame, from one row of ``_supports``."""
+        x, y, z = self._root[0] + asked[0], self._root[1] + asked[1], self._root[2] + asked[2]
+        left, right = self._feet
+        for foot, other, (sx, sy, sz, low) in ((left, right, supports[0]), (right, left, supports[1])):
+            foot.moved = asked[0] + sx, asked[1] + sy, asked[2] + sz
+            self._judge(foot, other, z + low)
+        weights = [foot.grip / (1.0 + (foot.speed / self._still) ** 2) for foot in self._feet]
+        grip, lift = max(left.grip, right.grip) / max(sum(weights), 1e-12), 0.0
+        for foot, weight, (_, _, _, low) in zip(self._feet, weights, supports, strict=True):
+            if foot.held and foot.level is not None:
+                share = grip * weight
+                x, y = x - share * foot.moved[0], y - share * foot.moved[1]
+                kept = foot.moved[2] * min(1.0, max(0.0, 2.0 - foot.speed / self._still))
+                height = z + low - kept
+                if foot.known:
+                    lift += share * (self._pull * (foot.level - height) - kept)
+                else:
+                    foot.level = height
+                    lift -= share * kept
+        self._root = x, y, z + lift
+        return self._root
+
+    def _judge(self, foot: _Foot, other: _Foot, height: float) -> None:
+        """Decide whether a foot is held whose lowest point would be at ``height`` [m]."""
+        self._watch(foot)
+        if foot.held and (foot.speed > self._stop or sqrt(sum(slip * slip for slip in foot.slip)) > SLIP):
+            foot.held, foot.grip, foot.seconds = False, 0.0, 0.0
+        elif foot.held:
+            foot.grip = min(1.0, foot.grip + self._tighten)
+            foot.seconds += self._dt
+            if foot.seconds > TRUST_SECONDS:
+                foot.known, foot.remembered = True, foot.level
+        elif foot.speed < self._start:
+            foot.seconds += self._dt
+            level = _nearest_level(foot, other, height)
+            if level is not None or foot.seconds >= SETTLE_SECONDS:
+                foot.stand(height if level is None else level, known=level is not None or foot.remembered is None)
+        else:
+            foot.seconds = 0.0
+
+    def _watch(self, foot: _Foot) -> None:
+        """Update the smoothed velocity of a foot under the root that is asked for, and how far it would have slipped of late."""
+        (mx, my, mz), (vx, vy, vz), (x, y, z) = foot.moved, foot.velocity, foot.slip
+        share, keep = self._smooth, self._forget
+        vx, vy, vz = vx + share * (mx - vx), vy + share * (my - vy), vz + share * (mz - vz)
+        foot.velocity, foot.speed = (vx, vy, vz), sqrt(vx * vx + vy * vy + vz * vz)
+        foot.slip = keep * x + mx, keep * y + my, keep * z + mz
+
+
+def hold_feet(motion: BodyMotion) -> BodyMotion:
+    """Return a clip whose root has gone through ``AntiSkate`` frame by frame; its first frame and its pose stay.
+
+    Args:
+        motion: Clip whose root moves as a network says.
+    """
+    soles = relative_soles(motion.local_rotations)
+    figure = AntiSkate(motion.fps, motion.root_position[0], soles[0])
+    asked, supports = np.diff(motion.root_position, axis=0).tolist(), _supports(soles).tolist()
+    path = [figure._follow(displacement, support) for displacement, support in zip(asked, supports, strict=True)]
+    return replace(motion, root_position=np.array([motion.root_position[0].tolist(), *path]))
+
+
+def relative_soles(local_rotations: np.ndarray) -> np.ndarray:
+    """Return heel, ball and toe tip of both feet relative to the root, in the world's axes [m], shape (..., 2, 3, 3).
+
+    Args:
+        local_rotations: Of the 20 bodies, wxyz, shape (..., 20, 4).
+    """
+    offsets = np.broadcast_to(SKELETON.offsets, (*local_rotations.shape[:-2], BODY_COUNT, 3))
+    return sole_points(*forward_kinematics(SKELETON.parents, offsets, local_rotations))
+
+
+def _nearest_level(foot: _Foot, other: _Foot, height: float) -> float | None:
+    """Return the known level, or the other foot's, that a foot at ``height`` [m] comes to stand on; None for a new one."""
+    levels = (foot.remembered, foot.level, other.level if other.held else None)
+    near = [(abs(level - height), level) for level in levels if level is not None and abs(level - height) < SAME_LEVEL]
+    return min(near)[1] if near else None
+
+
+def _supports(soles: np.ndarray) -> np.ndarray:
+    """Return for each foot how what carries it moves relative to the root, and its height afterwards [m], shape (T - 1, 2, 4).
+
+    Args:
+        soles: Relative to the root, in the world's axes [m], shape (T, 2, 3, 3).
+    """
+    return np.concat([support_steps(soles), soles[1:, :, :, 2].min(axis=-1, keepdims=True)], axis=-1)

@@ -1,0 +1,124 @@
+"""Where a clip needs more than feet on level ground: somebody sits, kneels, lies, climbs or is carried; physics cannot do it there.
+
+What tells it comes from the pose wherever it can, so that feet that skate and a figure that floats do no harm: an IMU suit's root drifts
+by decimetres, but its pose is only a few degrees off.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from datasets.cleanup.foot_contacts import clean_labels, spans
+from datasets.cleanup.support_levels import hanging, off_ground_level
+from datasets.motion.clip import BodyMotion
+from datasets.motion.humanoid import HEAD, NAMES
+from datasets.motion.kinematics import body_poses, centre_of_mass, linear_velocity, lowest_points, sole_points
+
+# Measured on 656 real clips (dances, martial arts, jumps, runs, squats) and 221 of simulated suits: whoever is on their feet with a low
+# pelvis has the centre of mass this far beyond them for less than 0.75 s. On a chair it is 0.1 to 0.3 m behind, and so it is, for 0.9 s, in
+# two dances in which a partner lets the dancer down and draws her up again: nobody alone can be there, on a chair or not.
+LOW = 0.75  # m, of the pelvis above the lower sole; who stands upright has it at 0.94
+OVERHANG = 0.05  # m, of the centre of mass beyond the feet
+SLOW = 0.8  # m/s, of the centre of mass
+SMOOTHING = 0.5  # s, over which both are averaged
+SHORTEST = 0.75  # s
+ON_GROUND = 0.08  # m, of a body's lowest point above the whole figure's: it lies on something; the pelvis' is 0.16 in the deepest squat
+KNEE = 0.15  # m, of the knee's joint above the figure's lowest point: it is knelt on
+RISEN = 0.90  # m, of the pelvis above the lower sole: sitting down begins and getting up ends there
+RISING_SECONDS = 1.5  # s, for which that is waited
+MARGIN = 0.25  # s, before and after everything that is found
+GAP = 1.0  # s; a shorter return to the ground is none
+_TRUNK, _KNEES = [NAMES.index("spine"), NAMES.index("chest"), HEAD], [NAMES.index("shin_l"), NAMES.index("shin_r")]
+_AROUND = 2.0 * np.pi * np.arange(32) / 32
+_DIRECTIONS = np.stack([np.cos(_AROUND), np.sin(_AROUND)])
+
+
+class Span(NamedTuple):
+    """Frames from ``start`` up to ``stop`` that need more than level ground, and why, in words that follow "somebody"."""
+
+    start: int
+    stop: int
+    reason: str
+
+
+def off_the_ground(motion: BodyMotion) -> list[Span]:
+    """Return where a clip needs more than feet on level ground, in order; no two spans touch.
+
+    Sits or is held: the pelvis is on what is lowest, or it is low and the centre of mass stays behind, before or beside the feet, as on a
+    chair or at a partner's hands. Kneels or crawls: so it does, with a knee down. Lies: spine, chest or head is on what is lowest. Climbs,
+    hangs or is carried: see ``datasets.cleanup.support_levels``. Squats, lunges and all that leaves the feet for less than ``SHORTEST`` are
+    none of these.
+
+    Args:
+        motion: Clip on its ground, with the root that was recorded. If there was none (``rooted``), heights are not believed, only how
+            the feet stand to each other. Not brought to level ground yet: of stairs that would leave no trace.
+
+    Returns:
+        Spans with the way down and up again; those that meet are one, with both reasons.
+    """
+    positions, rotations = body_poses(motion)
+    lowest, soles = lowest_points(positions, rotations), sole_points(positions, rotations)
+    bottom = lowest.min(axis=1)
+    pelvis = positions[:, 0, 2] - soles[..., 2].min(axis=(1, 2))
+    seated = lowest[:, 0] - bottom < ON_GROUND
+    unsupported = seated | _unbalanced(pelvis, soles, centre_of_mass(positions, rotations), motion.fps)
+    down = _lasting(unsupported, motion.fps)
+    knelt = down & ~seated & (positions[:, _KNEES, 2].min(axis=1) - bottom < KNEE)
+    lies = _lasting(lowest[:, _TRUNK].min(axis=1) - bottom < ON_GROUND, motion.fps)
+    found = {
+        "lies": lies,
+        "kneels or crawls": knelt & ~lies,
+        "sits or is held": down & ~knelt & ~lies,
+        "climbs": off_ground_level(motion),
+        "hangs or is carried": hanging(motion),
+    }
+    return _spans(found, _with_ways(down | lies, pelvis, motion.fps), motion.fps)
+
+
+def _unbalanced(pelvis: np.ndarray, soles: np.ndarray, centre: np.ndarray, fps: float) -> np.ndarray:
+    """Return when the pelvis is low and the feet cannot carry the weight (T,).
+
+    Args:
+        pelvis: Height above the lower sole [m], shape (T,).
+        soles: Sole points [m], shape (T, 2, 3, 3).
+        centre: Of mass [m], shape (T, 3).
+        fps: Frames per second.
+    """
+    window = 2 * round(0.5 * SMOOTHING * fps) + 1
+    # A point lies as far beyond a convex hull as beyond the hull's reach in that direction in which it is the farthest.
+    reach = (soles.reshape(len(soles), -1, 3)[..., :2] @ _DIRECTIONS).max(axis=1)
+    overhang = uniform_filter1d((centre[:, :2] @ _DIRECTIONS - reach).max(axis=1), window, mode="nearest")
+    speed = np.linalg.norm(uniform_filter1d(linear_velocity(centre, fps), window, axis=0, mode="nearest"), axis=1)
+    return (pelvis < LOW) & (overhang > OVERHANG) & (speed < SLOW)
+
+
+def _lasting(labels: np.ndarray, fps: float) -> np.ndarray:
+    """Return the labels (T,) without those that last less than ``SHORTEST``."""
+    long = np.zeros_like(labels)
+    for start, stop in spans(labels):
+        long[start:stop] = stop - start >= SHORTEST * fps - 1e-6
+    return long
+
+
+def _with_ways(labels: np.ndarray, pelvis: np.ndarray, fps: float) -> np.ndarray:
+    """Return the labels (T,) spread to all of a time with a low pelvis [m] (T,), and on to where it has risen, if that is soon."""
+    spread = labels.copy()
+    for start, stop in spans(pelvis < LOW):
+        spread[start:stop] |= labels[start:stop].any()
+    ways, longest = spread.copy(), round(RISING_SECONDS * fps)
+    for start, stop in spans(pelvis < RISEN):
+        for begin, end in spans(spread[start:stop]) + start:
+            ways[max(start, begin - longest) : min(stop, end + longest)] = True
+    return ways
+
+
+def _spans(found: dict[str, np.ndarray], ways: np.ndarray, fps: float) -> list[Span]:
+    """Return spans of what was found, by reason (T,), with the ways there and back (T,) and margins; those that meet joined."""
+    margin, together = round(MARGIN * fps), np.zeros_like(ways)
+    for start, stop in spans(ways | np.any(list(found.values()), axis=0)):
+        together[max(0, start - margin) : stop + margin] = True
+    return [
+        Span(int(start), int(stop), " and ".join(reason for reason, labels in found.items() if labels[start:stop].any()))
+        for start, stop in spans(clean_labels(together, 0, round(GAP * fps)))
+    ]

@@ -1,0 +1,173 @@
+"""What motion files are, and what retargeting and floor calibration did to them: ``python -m datasets.describe PATH``."""
+
+import argparse
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+from rich.text import Text
+
+from configs.command import exit_code_of
+from configs.errors import InputError
+from datasets.describe.picture import draw
+from datasets.imu.recording import open_capture
+from datasets.library.sources import find_files
+from datasets.motion.humanoid import NAMES
+from datasets.retarget.joint_mapping import OPTIONAL, read_mapping
+from datasets.retarget.performer_clip import UNITS, Capture
+from datasets.retarget.retarget import Retargeted, retarget
+from datasets.retarget.retarget_error import Fidelity, measure
+
+# A joint that tells which program made a skeleton; the first that is there counts
+FAMILIES = {
+    "LHipJoint": "CMU",
+    "lButtock": "daz",
+    "lbuttock": "MakeHuman",
+    "joint_Root": "Bandai",
+    "Chest4": "Xsens",
+    "Spine3": "Perception Neuron",
+    "LeftInHandIndex": "Rokoko",
+}
+MIN_WIDTH = 200  # columns, where the output is no terminal
+CAPTION = """\
+scale: our leg length over the performer's. lift [cm]: put onto all heights so that standing feet are on the ground.
+error [mm]: mean distance of our joints from the performer's scaled ones, hips aligned. world: the same with the lift.
+moving: what is left of it without each joint's mean offset, which is proportions. worst body: by error [mm].
+lowest foot [cm]: lowest / lowest tenth / median of the frames. jumps: frames in which a body accelerates impossibly."""
+
+
+@dataclass(frozen=True)
+class Description:
+    """One file: where it lies, its clip on the 20 bodies, and the measures of that."""
+
+    path: Path
+    retargeted: Retargeted
+    fidelity: Fidelity
+
+
+def describe(source: Path, mapping_file: Path | None = None) -> list[Description]:
+    """Return what the files of a source are.
+
+    Args:
+        source: A BVH file or a folder of them.
+        mapping_file: What is known of their joints, unit and axes.
+
+    Returns:
+        A description for each file, sorted by path.
+
+    Raises:
+        InputError: If there are none, or one is broken.
+    """
+    mapping = read_mapping(mapping_file) if mapping_file else None
+    described = []
+    for path in track(find_files(source), "reading", console=Console(stderr=True), transient=True):
+        retargeted = retarget(open_capture(path, mapping))
+        described.append(Description(path, retargeted, measure(retargeted)))
+    return described
+
+
+def table(described: list[Description]) -> Table:
+    """Return a row for each clip."""
+    rows = Table(title="Clips on the 20 bodies", caption=Text(CAPTION), caption_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for heading in ("clip", "skeleton", "unit, up"):
+        rows.add_column(heading, no_wrap=True)
+    for heading in ("1/s", "frames", "s", "scale", "lift", "error", "world", "moving"):
+        rows.add_column(heading, justify="right", no_wrap=True)
+    for heading in ("worst body", "lowest foot", "notes"):
+        rows.add_column(heading, no_wrap=heading != "notes")
+    for description in described:
+        rows.add_row(*_row(description))
+    return rows
+
+
+def _row(description: Description) -> tuple[str, ...]:
+    """Return a clip's cells."""
+    retargeted, fidelity = description.retargeted, description.fidelity
+    capture, motion = retargeted.capture, retargeted.motion
+    worst = int(np.nanargmax(fidelity.error_local))
+    low = 100 * np.percentile(fidelity.lowest_foot, [0, 10, 50])
+    errors = (fidelity.error_local, fidelity.error_world, fidelity.error_moving)
+    return (
+        motion.name,
+        _skeleton(capture),
+        f"{_unit(capture.unit)}, {capture.up}",
+        f"{motion.fps:g}",
+        str(len(motion)),
+        f"{motion.seconds:.2f}",
+        f"{retargeted.scale:.3f}",
+        f"{100 * retargeted.lift:.1f}",
+        *(f"{1000 * np.nanmean(error):.0f}" for error in errors),
+        f"{NAMES[worst]} {1000 * fidelity.error_local[worst]:.0f}",
+        " / ".join(f"{height:.1f}" for height in low),
+        ", ".join(_notes(description)),
+    )
+
+
+def _skeleton(capture: Capture) -> str:
+    """Return the number of joints and, where known, the program that the skeleton comes from."""
+    names = capture.motion.skeleton.names
+    family = next((family for joint, family in FAMILIES.items() if joint in names), "")
+    return f"{family} {len(names)} joints".strip()
+
+
+def _unit(metres: float) -> str:
+    """Return the name of a unit, or its length."""
+    return next((name for name, length in UNITS.items() if length == metres), f"{metres:g} m")
+
+
+def _notes(description: Description) -> list[str]:
+    """Return what is out of the ordinary about a clip."""
+    retargeted, fidelity = description.retargeted, description.fidelity
+    capture, calibration = retargeted.capture, retargeted.calibration
+    lacking = [body for body in OPTIONAL if body not in capture.roles]
+    locked = [f"{NAMES[body]} {share:.1%}" for body, share in enumerate(fidelity.near_lock) if share > 0.005]
+    notes = {
+        f"T-pose dropped ({capture.dropped} frames)": capture.dropped,
+        f"no {', '.join(lacking)}": lacking,
+        "rest pose not human": not calibration.rest_is_human,
+        "no foot ever stands": not calibration.stands.any(),
+        f"{fidelity.jumps} jumps": fidelity.jumps,
+        f"near gimbal lock: {', '.join(locked)}": locked,
+    }
+    return [note for note, holds in notes.items() if holds]
+
+
+def _draw_all(described: list[Description], folder: Path) -> None:
+    """Draw a picture of each clip into a folder, under the file's name, with those of its folders where two are the same."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made ({error.strerror}); give a folder to write to") from error
+    stems = [description.path.stem for description in described]
+    for description, stem in track(list(zip(described, stems, strict=True)), "drawing", console=Console(stderr=True), transient=True):
+        name = stem if stems.count(stem) == 1 else f"{description.path.parent.name}_{stem}"
+        draw(description.retargeted, description.fidelity, folder / f"{name}.png")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line; return the exit code."""
+    parser = argparse.ArgumentParser(prog="python -m datasets.describe", description="Say what motion files are and how they retarget.")
+    parser.add_argument("path", type=Path, help="a BVH file or a folder of them")
+    parser.add_argument("--out", type=Path, help="folder for a picture of each clip")
+    parser.add_argument("--mapping", type=Path, help="YAML file that names joints, unit or up axis, such as 'thigh_l: LeftUpLeg'")
+    options = parser.parse_args(arguments)
+    return exit_code_of(lambda: _run(options))
+
+
+def _run(options: argparse.Namespace) -> None:
+    described = describe(options.path, options.mapping)
+    if options.out:
+        _draw_all(described, options.out)
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=max(console.width, MIN_WIDTH))
+    console.print(table(described))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,223 @@
+"""BVH files: reading, checking and writing them without loss, and the poses that their channels mean.
+
+Parsed by ``datasets.formats.bvh_parser`` and not by bvhio, which keeps each frame as single-precision quaternions, so that written
+angles differ from those read (350 degrees come back as -10), and must not see an unchecked file. Lengths stay in the file's unit,
+angles in degrees and axes as they are.
+"""
+
+import os
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from decimal import Decimal
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from configs.atomic_file import whole_file
+from configs.errors import InputError
+from datasets.formats.bvh_parser import Vector, parse
+
+
+@dataclass(frozen=True, eq=False)
+class Bvh:
+    """What a BVH file says: J joints, depth first as in the file, C channels, T frames.
+
+    Attributes:
+        names: Joint names, unique.
+        parents: Index of each joint's parent, -1 for the root (always joint 0).
+        offsets: OFFSET of each joint [file unit], shape (J, 3).
+        channels: Of each joint, such as ("Zrotation", "Xrotation", "Yrotation"); may be empty.
+        end_sites: Of each joint, the OFFSETs of its End Sites [file unit]: none inside the tree, usually one at a leaf.
+        frame_time: Time from frame to frame [s].
+        values: Channel values in the file's order [file unit, degrees], shape (T, C).
+    """
+
+    names: tuple[str, ...]
+    parents: tuple[int, ...]
+    offsets: np.ndarray
+    channels: tuple[tuple[str, ...], ...]
+    end_sites: tuple[tuple[Vector, ...], ...]
+    frame_time: float
+    values: np.ndarray
+
+    def __post_init__(self) -> None:
+        """Freeze and check the arrays."""
+        joints = len(self.names)
+        _depths(self.parents)
+        for field, columns in (("offsets", 3), ("values", sum(map(len, self.channels)))):
+            table = np.array(getattr(self, field), dtype=float)
+            if table.ndim != 2 or table.shape[1] != columns or not np.isfinite(table).all():
+                raise ValueError(f"{field} of shape {table.shape} should be finite numbers in {columns} columns")
+            table.setflags(write=False)
+            object.__setattr__(self, field, table)
+        if not joints == len(self.parents) == len(self.offsets) == len(self.channels) == len(self.end_sites):
+            raise ValueError(f"parents, offsets, channels and end_sites should have one entry for each of {joints} joints")
+
+
+def read_bvh(path: str | os.PathLike[str]) -> Bvh:
+    """Read and check a BVH file.
+
+    Args:
+        path: The file; UTF-8 text of at most 256 MiB.
+
+    Returns:
+        Everything the file says.
+
+    Raises:
+        InputError: If the file cannot be read or is not a whole and sane BVH; names the line.
+    """
+    tree, frame_time, values = parse(Path(path))
+    return Bvh(
+        tuple(tree.names),
+        tuple(tree.parents),
+        np.array(tree.offsets, dtype=float),
+        tuple(channels or () for channels in tree.channels),
+        tuple(tuple(offsets) for offsets in tree.end_sites),
+        frame_time,
+        values,
+    )
+
+
+def write_bvh(path: str | os.PathLike[str], bvh: Bvh) -> None:
+    """Write a BVH file that reads back equal in every number; an older file is replaced whole or not at all.
+
+    Args:
+        path: The file to write.
+        bvh: What it shall say.
+
+    Raises:
+        InputError: If the file cannot be written there.
+    """
+    path = Path(path)
+    try:
+        with whole_file(path) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as file:
+            file.writelines(f"{line}\n" for line in _lines(bvh))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror}); give a file in a writable folder") from error
+
+
+def local_pose(bvh: Bvh) -> tuple[np.ndarray, np.ndarray]:
+    """Return where the channels put every joint relative to its parent.
+
+    A position channel replaces that component of the joint's OFFSET. Rotations are applied about the moving axes in the
+    order of the channels: "Zrotation Xrotation Yrotation" is the matrix product Z X Y.
+
+    Args:
+        bvh: A clip.
+
+    Returns:
+        Local positions [file unit], shape (T, J, 3), and local rotations, wxyz, shape (T, J, 4).
+    """
+    positions = np.tile(bvh.offsets, (len(bvh.values), 1, 1))
+    for joint, axis, column in _position_columns(bvh):
+        positions[:, joint, axis] = bvh.values[:, column]
+    rotations = np.zeros((*positions.shape[:2], 4))
+    rotations[..., 0] = 1.0
+    for order, (joints, columns) in _rotation_columns(bvh).items():
+        angles = bvh.values[:, columns]  # (T, joints, axes)
+        turned = Rotation.from_euler(order, angles.reshape(-1, len(order)), degrees=True)
+        rotations[:, joints] = turned.as_quat(scalar_first=True).reshape(*angles.shape[:2], 4)
+    return positions, rotations
+
+
+def channel_values(bvh: Bvh, local_positions: np.ndarray, local_rotations: np.ndarray) -> np.ndarray:
+    """Return the channel values of another performance on the same skeleton: the inverse of ``local_pose``.
+
+    Of the angles that mean the same rotation, those nearest to the clip's own are taken, so that curves which went
+    beyond 180 degrees still do. What a joint has no channel for is left out.
+
+    Args:
+        bvh: The clip whose skeleton, channels and T frames are meant.
+        local_positions: In the parent's frame [file unit], shape (T, J, 3).
+        local_rotations: Relative to the parent, wxyz, shape (T, J, 4).
+
+    Returns:
+        Values in the file's order [file unit, degrees], shape (T, C).
+    """
+    values = bvh.values.copy()
+    for joint, axis, column in _position_columns(bvh):
+        values[:, column] = local_positions[:, joint, axis]
+    for order, (joints, columns) in _rotation_columns(bvh).items():
+        turned = Rotation.from_quat(local_rotations[:, joints].reshape(-1, 4), scalar_first=True)
+        own = bvh.values[:, columns]  # (T, joints, axes)
+        values[:, columns] = _nearest_angles(turned, order, own.reshape(-1, len(order))).reshape(own.shape)
+    return values
+
+
+def _nearest_angles(rotations: Rotation, order: str, own: np.ndarray) -> np.ndarray:
+    """Return the angles [degrees] (N, axes) about the axes ``order`` that make ``rotations`` and are nearest to ``own``."""
+    kept = len(order)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Gimbal lock")  # any of the then many solutions will do
+        angles = rotations.as_euler(order + "".join(axis for axis in "XYZ" if axis not in order), degrees=True)
+    first, middle, last = angles.T
+    candidates = np.stack([angles, np.stack([first + 180, 180 - middle, last + 180], axis=-1)])
+    wanted = np.pad(own, ((0, 0), (0, 3 - kept)))  # an axis without a channel should not turn at all
+    candidates += 360 * np.round((wanted - candidates) / 360)
+    weights = np.where(np.arange(3) < kept, 1.0, 1e6)
+    best = np.argmin((candidates - wanted) ** 2 @ weights, axis=0)
+    return candidates[best, np.arange(len(own)), :kept]
+
+
+def _columns(bvh: Bvh) -> Iterator[tuple[int, str, int]]:
+    """Yield joint, channel and column of ``values`` of every channel."""
+    every = ((joint, channel) for joint, channels in enumerate(bvh.channels) for channel in channels)
+    return ((joint, channel, column) for column, (joint, channel) in enumerate(every))
+
+
+def _position_columns(bvh: Bvh) -> Iterator[tuple[int, int, int]]:
+    """Yield joint, axis (0, 1, 2) and column of every position channel."""
+    return ((joint, "XYZ".index(channel[0]), column) for joint, channel, column in _columns(bvh) if channel.endswith("position"))
+
+
+def _rotation_columns(bvh: Bvh) -> dict[str, tuple[list[int], list[list[int]]]]:
+    """Return for each order of axes, such as "ZXY", the joints that turn in it and the columns of each of them."""
+    axes: dict[int, list[tuple[str, int]]] = {}
+    for joint, channel, column in _columns(bvh):
+        if channel.endswith("rotation"):
+            axes.setdefault(joint, []).append((channel[0], column))
+    groups: dict[str, tuple[list[int], list[list[int]]]] = {}
+    for joint, turns in axes.items():
+        joints, columns = groups.setdefault("".join(axis for axis, _ in turns), ([], []))
+        joints.append(joint)
+        columns.append([column for _, column in turns])
+    return groups
+
+
+def _depths(parents: tuple[int, ...]) -> list[int]:
+    """Return each joint's distance from the root, in joints; ValueError unless they stand depth first."""
+    path: list[int] = []  # from the root to the joint before
+    depths = []
+    for joint, parent in enumerate(parents):
+        while path and path[-1] != parent:
+            path.pop()
+        if bool(path) == (parent == -1) or bool(path) == (joint == 0):
+            raise ValueError(f"joint {joint} with parent {parent}: one root and then all joints depth first are expected")
+        depths.append(len(path))
+        path.append(joint)
+    return depths
+
+
+def _lines(bvh: Bvh) -> Iterator[str]:
+    """Yield the lines of the file."""
+    yield "HIERARCHY"
+    depths = _depths(bvh.parents)
+    for joint, depth in enumerate(depths):
+        tabs = "\t" * depth
+        yield f"{tabs}{'JOINT' if joint else 'ROOT'} {bvh.names[joint]}"
+        yield f"{tabs}{{"
+        yield f"{tabs}\tOFFSET {_numbers(bvh.offsets[joint].tolist())}"
+        yield " ".join([f"{tabs}\tCHANNELS", str(len(bvh.channels[joint])), *bvh.channels[joint]])
+        for offset in bvh.end_sites[joint]:
+            yield from (f"{tabs}\tEnd Site", f"{tabs}\t{{", f"{tabs}\t\tOFFSET {_numbers(offset)}", f"{tabs}\t}}")
+        after = depths[joint + 1] if joint + 1 < len(depths) else 0
+        yield from ("\t" * closed + "}" for closed in range(depth, after - 1, -1))
+    yield from ("MOTION", f"Frames: {len(bvh.values)}", f"Frame Time: {_numbers([bvh.frame_time])}")
+    yield from (_numbers(frame.tolist()) for frame in bvh.values)
+
+
+def _numbers(values: list[float] | Vector) -> str:
+    """Return the shortest decimals that read back equal, without exponents, which not every program takes."""
+    return " ".join(text if "e" not in (text := repr(value)) else f"{Decimal(text):f}" for value in values)

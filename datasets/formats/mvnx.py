@@ -1,0 +1,181 @@
+"""MVNX files, the XML that Xsens' software exports: a suit's poses and what its sensors measured beside them.
+
+Segments stand in the file with place and orientation in the world (metres, Z up, and at rest x forward: our axes). A sensor's
+free acceleration is in the same world, gravity taken away. Files are made by strangers: no document type, and so no
+entity, is let in, and every count and number is checked.
+"""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from configs.errors import InputError
+from datasets.motion.rotation import normalise
+
+MAX_BYTES = 256 * 2**20  # some twenty minutes of a full suit
+MAX_SEGMENTS = 100  # a full suit has 23 and up to four props
+MAX_MAGNITUDE = 1e6  # of any number
+RATES = (1.0, 1000.0)  # frames per second, the least and the most
+UNIT_LENGTH = 0.01  # by which the length of a quaternion may differ from one; six decimals are usual
+
+
+@dataclass(frozen=True)
+class Mvnx:
+    """What an MVNX file says: J segments, S sensors, T frames.
+
+    Attributes:
+        segments: Names, J of them.
+        parents: Index of each segment's parent, -1 for the first.
+        tips: Farthest named point of each segment without children in its frame [m], zero for the others, shape (J, 3).
+        sensors: Names of the segments that carry sensors, S of them.
+        fps: Frames per second.
+        positions: Origins of the segments in the world [m], shape (T, J, 3).
+        orientations: Of the segments in the world, wxyz, shape (T, J, 4).
+        free_accelerations: Of the sensors in the world's axes, gravity taken away [m/s^2], shape (T, S, 3).
+    """
+
+    segments: tuple[str, ...]
+    parents: tuple[int, ...]
+    tips: np.ndarray
+    sensors: tuple[str, ...]
+    fps: float
+    positions: np.ndarray
+    orientations: np.ndarray
+    free_accelerations: np.ndarray
+
+
+class _NoDocumentType(ElementTree.TreeBuilder):
+    """Builds a tree of elements and refuses a document type, the only place where entities can be declared."""
+
+    def doctype(self, name: str, _public: str | None, _system: str | None) -> None:
+        """Refuse; the parser calls this before it reads what the document type declares."""
+        raise InputError(f"holds a document type '{name}', which could declare entities; remove the DOCTYPE")
+
+
+def read_mvnx(path: str | os.PathLike[str]) -> Mvnx:
+    """Read and check an MVNX file.
+
+    Args:
+        path: The file; UTF-8 text of at most 256 MiB.
+
+    Returns:
+        What it says of segments and sensors.
+
+    Raises:
+        InputError: If it cannot be read or is not a whole and sane MVNX with sensor data.
+    """
+    try:
+        size = Path(path).stat().st_size
+        if size > MAX_BYTES:
+            raise InputError(
+                f"{size / 2**20:.0f} MiB are too large for an MVNX file, {MAX_BYTES // 2**20} are the most; export a shorter clip"
+            )
+        root = ElementTree.parse(path, ElementTree.XMLParser(target=_NoDocumentType())).getroot()
+        return _mvnx(root)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}); an MVNX file is expected") from error
+    except (ElementTree.ParseError, UnicodeError, LookupError) as error:
+        raise InputError(f"{path}: not an MVNX file ({error}); export MVNX from Xsens MVN") from error
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def _mvnx(root: ElementTree.Element) -> Mvnx:
+    """Return what the tree of a file says."""
+    subject = root.find("{*}subject")
+    if not root.tag.endswith("mvnx") or subject is None:
+        raise InputError(f"its root is <{root.tag}> and should be <mvnx> with a <subject>; export MVNX from Xsens MVN")
+    elements = subject.findall("{*}segments/{*}segment")
+    segments = _labels(elements, "segment")
+    parents = _parents(subject, segments)
+    tips = np.array([_tip(element) if index not in parents else np.zeros(3) for index, element in enumerate(elements)])
+    sensors = _labels(subject.findall("{*}sensors/{*}sensor"), "sensor")
+    strange = [sensor for sensor in sensors if sensor not in segments]
+    if strange:
+        raise InputError(f"sensor '{strange[0]}' sits on no segment; segments are {', '.join(segments)}")
+    frames = [frame for frame in subject.iterfind("{*}frames/{*}frame") if frame.get("type", "normal") == "normal"]
+    _check_indices(frames)
+    positions = _table(frames, "position", len(segments), 3)
+    orientations = _table(frames, "orientation", len(segments), 4)
+    far = np.argwhere(np.abs(np.linalg.norm(orientations, axis=-1) - 1.0) > UNIT_LENGTH)
+    if len(far):
+        raise InputError(f"frame {far[0, 0]}: orientation of '{segments[far[0, 1]]}' should be a quaternion of length 1")
+    free = _table(frames, "sensorFreeAcceleration", len(sensors), 3)
+    return Mvnx(segments, parents, tips, sensors, _rate(subject), positions, normalise(orientations), free)
+
+
+def _labels(elements: list[ElementTree.Element], kind: str) -> tuple[str, ...]:
+    """Return the labels of segments or sensors, checked to be there, few and unique."""
+    labels = tuple(element.get("label", "") for element in elements)
+    if not 0 < len(labels) <= MAX_SEGMENTS or "" in labels or len(set(labels)) < len(labels):
+        raise InputError(f"{len(labels)} {kind}s; 1 to {MAX_SEGMENTS} with labels of their own are expected")
+    return labels
+
+
+def _parents(subject: ElementTree.Element, segments: tuple[str, ...]) -> tuple[int, ...]:
+    """Return each segment's parent from the joints that connect two segments: "Pelvis/jL5S1" with "L5/jL5S1"."""
+    parents = dict.fromkeys(range(len(segments)), -1)
+    for joint in subject.findall("{*}joints/{*}joint"):
+        ends = [(joint.findtext(f"{{*}}connector{end}") or "").strip().partition("/")[0] for end in (1, 2)]
+        if not set(ends) <= set(segments):
+            raise InputError(f"joint '{joint.get('label')}' connects '{ends[0]}' and '{ends[1]}'; both should be segments")
+        parents[segments.index(ends[1])] = segments.index(ends[0])
+    for child, parent in parents.items():
+        if (parent < 0) != (child == 0) or parent >= child:
+            raise InputError(f"segment '{segments[child]}' should hang under one listed before it; only the first has no parent")
+    return tuple(parents.values())
+
+
+def _tip(segment: ElementTree.Element) -> np.ndarray:
+    """Return the named point of a segment that is farthest from its origin [m], shape (3,); the origin where it has none."""
+    points = [_numbers(point, 3, f"point of '{segment.get('label')}'") for point in segment.findall("{*}points/{*}point/{*}pos_b")]
+    return max(points, key=lambda point: float(np.linalg.norm(point)), default=np.zeros(3))
+
+
+def _rate(subject: ElementTree.Element) -> float:
+    """Return the frames per second."""
+    text = subject.get("frameRate", "")
+    try:
+        fps = float(text)
+    except ValueError:
+        fps = 0.0
+    if not RATES[0] <= fps <= RATES[1]:
+        raise InputError(f"frameRate '{text}' should be a number from {RATES[0]:g} to {RATES[1]:g}")
+    return fps
+
+
+def _check_indices(frames: list[ElementTree.Element]) -> None:
+    """Raise InputError unless there are frames and their indices, where they have some, count without a gap."""
+    if not frames:
+        raise InputError("no frames of type 'normal'; export a clip with motion")
+    indices = [frame.get("index") for frame in frames]
+    first = int(indices[0] or 0) if (indices[0] or "0").isdecimal() else 0
+    for number, index in enumerate(indices):
+        if index not in (None, str(first + number)):
+            raise InputError(f"frame index {index} stands where {first + number} should; export the clip without gaps")
+
+
+def _table(frames: list[ElementTree.Element], tag: str, count: int, components: int) -> np.ndarray:
+    """Return the numbers of all frames under ``tag``, shape (T, count, components)."""
+    rows = []
+    for number, frame in enumerate(frames):
+        element = frame.find(f"{{*}}{tag}")
+        if element is None:
+            raise InputError(f"frame {number} lacks <{tag}>; export segments and sensor data")
+        rows.append(_numbers(element, count * components, f"frame {number}, <{tag}>"))
+    return np.reshape(rows, (len(frames), count, components))
+
+
+def _numbers(element: ElementTree.Element, count: int, where: str) -> np.ndarray:
+    """Return the numbers in an element, checked for how many there are and for sane values."""
+    words = (element.text or "").split()
+    try:
+        values = np.array(words, dtype=float)
+    except ValueError:
+        values = np.full(len(words), np.nan)
+    if len(values) != count or not (np.abs(values) < MAX_MAGNITUDE).all():
+        raise InputError(f"{where}: {len(words)} words, should be {count} finite numbers below {MAX_MAGNITUDE:g}")
+    return values

@@ -1,0 +1,82 @@
+"""A limb of two bones on anybody's skeleton: about which axis it bends, and how it reaches for a place."""
+
+import numpy as np
+
+from datasets.motion.rotation import about_axis, cross, multiply, rotate
+from datasets.retarget.calibration import between, unit_vector
+
+# Bend [rad] below which the calibrated hinge axis is used, and beyond which the plane of the limb itself; in between
+# they blend. The second pair is for a limb that seems to bend the wrong way: then noise is likelier than a new plane.
+BLEND_ALONG = (np.radians(10.0), np.radians(45.0))
+BLEND_AGAINST = (np.radians(40.0), np.radians(80.0))
+SLACK = 0.5  # share of what a limb lacks to be straight that it may be lengthened by exactly; beyond it gives way softly
+
+
+def bend_normal(upper: np.ndarray, lower: np.ndarray, calibrated: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Return the unit axis about which a limb bends: its own plane's where it is bent clearly.
+
+    Args:
+        upper: Unit vectors along its upper bone, shape (T, 3).
+        lower: Unit vectors along its lower bone, shape (T, 3).
+        calibrated: Axis that is right for the performer on the whole, shape (T, 3).
+        along: Unit vectors that the axis shall be perpendicular to, shape (T, 3).
+    """
+    bend = cross(upper, lower)
+    angle = np.arctan2(np.linalg.norm(bend, axis=-1), np.sum(upper * lower, axis=-1))
+    own, calibrated = unit_vector(bend), unit_vector(_across(calibrated, along))
+    agreement = 0.5 + 0.5 * np.sum(own * calibrated, axis=-1)  # 1 bends as calibrated, 0 the opposite way
+    begin, end = (low + (high - low) * agreement for low, high in zip(BLEND_AGAINST, BLEND_ALONG, strict=True))
+    share = np.clip((angle - begin) / (end - begin), 0.0, 1.0)[:, None]
+    share = share * share * (3.0 - 2.0 * share)
+    return unit_vector(_across((1.0 - share) * calibrated + share * own, along))
+
+
+def reach(upper: np.ndarray, lower: np.ndarray, target: np.ndarray, hinge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return how both bones of a limb turn in the world so that it ends at ``target``, softly short of it where it is too short.
+
+    It keeps the plane that it bends in, and so the side to which its middle joint points; a limb that ends there already keeps still.
+
+    Args:
+        upper: Of its upper bone [m], shape (T, 3).
+        lower: Of its lower bone [m], shape (T, 3).
+        target: From where it begins to where it shall end [m], shape (T, 3).
+        hinge: Axis that is right for the performer on the whole, about which it bends, in the world, shape (T, 3).
+
+    Returns:
+        Rotations of the upper and the lower bone, wxyz, shape (T, 4) each.
+    """
+    lengths = np.linalg.norm(upper, axis=-1), np.linalg.norm(lower, axis=-1)
+    target = within_reach(upper + lower, target, lengths[0] + lengths[1])
+    normal = bend_normal(unit_vector(upper), unit_vector(lower), hinge, unit_vector(upper + lower))
+    aside = np.sum(upper * normal, axis=-1) * np.sum(lower * normal, axis=-1)  # no bend about the normal changes this part of
+    flat = np.linalg.norm(_across(upper, normal), axis=-1) * np.linalg.norm(_across(lower, normal), axis=-1)
+    bend = np.arctan2(np.sum(cross(upper, lower) * normal, axis=-1), np.sum(upper * lower, axis=-1) - aside)
+    needed = 0.5 * (np.sum(target * target, axis=-1) - lengths[0] ** 2 - lengths[1] ** 2)  # their scalar product, by the law of cosines
+    needed = np.arccos(np.clip((needed - aside) / flat, -1.0, 1.0))
+    # A middle joint that bends backward, as only noise does, bends forward once it has to bend twice as much.
+    needed = np.clip(3.0 * needed + 4.0 * bend, -needed, needed)
+    folded = about_axis(normal, needed - bend)
+    turned = between(unit_vector(upper + rotate(folded, lower)), unit_vector(target))
+    return turned, multiply(turned, folded)
+
+
+def within_reach(old: np.ndarray, new: np.ndarray, length: np.ndarray | float) -> np.ndarray:
+    """Return ``new`` but shorter where the limb would become straight, softly: knees do not pop.
+
+    Args:
+        old: From its beginning to its end [m], shape (T, 3).
+        new: The same as it is wanted [m], shape (T, 3).
+        length: Of both bones together [m], shape (T,) or one for all.
+    """
+    before, after = np.linalg.norm(old, axis=-1), np.linalg.norm(new, axis=-1)
+    room = np.maximum(length - before, 1e-6)
+    exact = SLACK * room
+    excess = np.maximum(after - before - exact, 0.0)
+    soft = (1.0 - SLACK) * room
+    short = np.where(excess > 0.0, before + exact + soft * (1.0 - np.exp(-excess / soft)), after)
+    return new * (short / after)[:, None]
+
+
+def _across(v: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Return the part of ``v`` (T, 3) that is perpendicular to the unit vectors ``along`` (T, 3)."""
+    return v - np.sum(v * along, axis=-1, keepdims=True) * along

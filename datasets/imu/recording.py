@@ -1,0 +1,112 @@
+"""A real suit's recording from an MVNX file: its clip on the 20 bodies, and its free accelerations turned and scaled alike."""
+
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from configs.errors import InputError
+from datasets.formats.mvnx import Mvnx, read_mvnx
+from datasets.imu.free_acceleration import PELVIS, fill_accelerations
+from datasets.imu.sensor_model import SENSOR_BODIES, SENSOR_RATE
+from datasets.motion.clip import BodyMotion, Motion
+from datasets.motion.humanoid import LEG_LENGTH, NAMES
+from datasets.motion.rotation import about_axis, conjugate, multiply, rotate
+from datasets.motion.skeleton import Skeleton
+from datasets.retarget.joint_mapping import Mapping, find_roles
+from datasets.retarget.performer_clip import MAX_LEG_RATIO, Capture, leg_length, read_capture
+from datasets.retarget.retarget import Retargeted, retarget
+
+
+@dataclass(frozen=True)
+class ImuRecording:
+    """A clip and the free accelerations that were measured beside it.
+
+    Attributes:
+        motion: The clip on the 20 bodies, at its own frame rate.
+        accelerations: In the world's axes of ``motion`` and in its size, at 100 Hz whatever its rate [m/s^2], shape (N, 19, 3);
+            the bodies are ``imu_suit.SENSOR_BODIES``, the first sample is the clip's first frame.
+        measured: Names of the bodies that carried a sensor; ``fill_accelerations`` made the others.
+    """
+
+    motion: BodyMotion
+    accelerations: np.ndarray
+    measured: tuple[str, ...]
+
+
+def read_imu_recording(path: str | os.PathLike[str], mapping: Mapping | None = None) -> ImuRecording:
+    """Read a suit's clip and accelerations as they serve here: on the 20 bodies, scaled, facing x and on the ground.
+
+    Args:
+        path: An MVNX file.
+        mapping: What is known of its segments' roles; the rest is found.
+
+    Returns:
+        The clip, and accelerations turned and scaled like it; bodies without a sensor get theirs from the pose.
+
+    Raises:
+        InputError: If the file is broken, or nothing human or no pelvis sensor is found in it.
+    """
+    mvnx = read_mvnx(path)
+    try:
+        capture = as_capture(mvnx, Path(path).stem, mapping)
+        retargeted = retarget(capture)
+        known = _body_accelerations(mvnx, retargeted)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    motion = replace(retargeted.motion, system="imu")
+    return ImuRecording(motion, fill_accelerations(motion, known), tuple(NAMES[body] for body in SENSOR_BODIES if body in known))
+
+
+def open_capture(path: Path, mapping: Mapping | None = None) -> Capture:
+    """Return the clip of a BVH or MVNX file on its own skeleton; errors are those of ``read_capture`` and ``read_mvnx``."""
+    return as_capture(read_mvnx(path), path.stem, mapping) if path.suffix.lower() == ".mvnx" else read_capture(path, mapping)
+
+
+def as_capture(mvnx: Mvnx, name: str, mapping: Mapping | None = None) -> Capture:
+    """Return the clip on its own skeleton, as a BVH file is at the door.
+
+    Args:
+        mvnx: The file.
+        name: Of the clip.
+        mapping: What is known of its segments' roles; the rest is found.
+
+    Raises:
+        InputError: If the segments are not a human's, in metres.
+    """
+    roles = find_roles(mvnx.segments, mvnx.parents, mapping)
+    over = list(mvnx.parents[1:])
+    to_parent = conjugate(mvnx.orientations[:, over])
+    local_positions, local_rotations = mvnx.positions.copy(), mvnx.orientations.copy()
+    local_positions[:, 1:] = rotate(to_parent, mvnx.positions[:, 1:] - mvnx.positions[:, over])
+    local_rotations[:, 1:] = multiply(to_parent, mvnx.orientations[:, 1:])
+    offsets = np.concat([np.zeros((1, 3)), np.median(local_positions, axis=0)[1:]])
+    leg = leg_length(mvnx.positions, roles)
+    if not 1.0 / MAX_LEG_RATIO < leg / LEG_LENGTH < MAX_LEG_RATIO:
+        raise InputError(f"legs of {leg:.3g} m are no human's; positions in metres are expected")
+    short = [joint for joint in roles.values() if joint and not offsets[joint].any()]
+    if short:
+        raise InputError(f"segment '{mvnx.segments[short[0]]}' begins where its parent does; every segment should have a length")
+    motion = Motion(Skeleton(mvnx.segments, mvnx.parents, offsets), local_positions, local_rotations, mvnx.fps, name)
+    return Capture(motion, roles, mvnx.tips, 1.0, "z", 0)
+
+
+def _body_accelerations(mvnx: Mvnx, retargeted: Retargeted) -> dict[int, np.ndarray]:
+    """Return body -> measured acceleration (N, 3) [m/s^2] at 100 Hz, turned and scaled as the retargeted clip is."""
+    clip = retargeted.motion
+    body_of = {joint: NAMES.index(body) for body, joint in retargeted.capture.roles.items()}
+    old = np.arange(len(clip)) / clip.fps
+    new = np.minimum(np.arange(int(np.floor(old[-1] * SENSOR_RATE + 1e-6)) + 1) / SENSOR_RATE, old[-1])
+    turn = about_axis(np.array([0.0, 0.0, 1.0]), np.array(-retargeted.yaw))
+    known = {}
+    for sensor, segment in enumerate(mvnx.sensors):
+        body = body_of.get(mvnx.segments.index(segment))
+        if body in SENSOR_BODIES:
+            track = mvnx.free_accelerations[:, sensor]
+            at_rate = CubicSpline(old, track)(new) if len(old) > 1 else track
+            known[body] = retargeted.scale * rotate(np.broadcast_to(turn, (len(new), 4)), at_rate)
+    if PELVIS not in known:
+        raise InputError(f"no sensor on the pelvis among {', '.join(mvnx.sensors) or 'none'}; a suit's recording has one")
+    return known

@@ -1,0 +1,107 @@
+"""What a root model sees of a clip, frame by frame at 100 Hz: joints about the pelvis, accelerations, heading; and the truth.
+
+N frames, everything in the world's axes. Sensors are those of ``imu_suit.SENSOR_BODIES``.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from configs.errors import InputError
+from datasets.imu.sensor_model import SENSOR_BODIES, SENSOR_RATE
+from datasets.motion.clip import BodyMotion
+from datasets.motion.humanoid import NAMES
+from datasets.motion.kinematics import body_poses, centre_of_mass, resample
+from datasets.motion.rotation import Array, heading, namespace
+
+RATE = SENSOR_RATE  # Hz, thesis 2.4.3 and 3.4.1
+MOST_LIFT = 3.0  # m/s^2, mean of a clip of a second or more: who starts and ends at rest has 0, a whole long jump's flight -5
+LEGS: tuple[int, ...] = tuple(b for b, name in enumerate(NAMES) if name.startswith(("pelvis", "thigh", "shin", "foot", "toe")))
+
+
+class RootFrames(NamedTuple):
+    """Frames of one clip or of many one after the other.
+
+    Attributes:
+        joints: Origins of the 20 bodies relative to the pelvis' [m], shape (N, 20, 3).
+        accelerations: Free accelerations of the 19 sensors, thesis eq. 3.2 [m/s^2], shape (N, 19, 3); zero where there are none.
+        heading: Of the pelvis [rad], shape (N,).
+        centre: Centre of mass of this pose relative to the pelvis [m], shape (N, 3).
+        root: The pelvis' true path [m], shape (N, 3).
+        com: The centre of mass' true path [m], shape (N, 3).
+    """
+
+    joints: Array
+    accelerations: Array
+    heading: Array
+    centre: Array
+    root: Array
+    com: Array
+
+
+def root_frames(motion: BodyMotion, accelerations: np.ndarray | None = None, truth: BodyMotion | None = None) -> RootFrames:
+    """Return a clip as root models see it.
+
+    Args:
+        motion: Clip of any rate, its root is not looked at but where there is no other truth; it is brought to 100 Hz along splines.
+        accelerations: Free accelerations in the clip's world at 100 Hz [m/s^2], shape (N, 19, 3), from the clip's first frame on;
+            a sample more or less than the clip has is forgiven.
+        truth: The clean clip behind a faulty one, of the same rate and length.
+
+    Raises:
+        InputError: If the accelerations have another shape or length, are not finite, or still hold gravity.
+    """
+    clip = resample(motion, RATE)
+    if accelerations is not None:
+        accelerations = _checked(accelerations, motion.name, len(clip))
+    positions, rotations = body_poses(clip)
+    centre = centre_of_mass(positions, rotations) - positions[:, 0]
+    real = resample(truth, RATE) if truth else clip
+    parts = (
+        positions - positions[:, :1],
+        np.zeros((len(clip), len(SENSOR_BODIES), 3)) if accelerations is None else accelerations,
+        heading(clip.local_rotations[:, 0]),
+        centre,
+        real.root_position,
+        centre_of_mass(*body_poses(real)),
+    )
+    return RootFrames(*(part.astype(np.float32) for part in parts))
+
+
+def _checked(accelerations: np.ndarray, name: str, frames: int) -> np.ndarray:
+    """Return accelerations of exactly ``frames`` samples."""
+    if accelerations.ndim != 3 or accelerations.shape[1:] != (len(SENSOR_BODIES), 3) or abs(len(accelerations) - frames) > 1:
+        should = f"({frames}, {len(SENSOR_BODIES)}, 3): {RATE:g} Hz of the clip itself"
+        raise InputError(f"{name}: accelerations have shape {accelerations.shape}, should be {should}")
+    bad = np.argwhere(~np.isfinite(accelerations))
+    if len(bad):
+        sample, sensor = bad[0][:2]
+        raise InputError(
+            f"{name}: acceleration of {NAMES[SENSOR_BODIES[sensor]]} at sample {sample} is not a finite number; cut or fill the gap"
+        )
+    lift = float(accelerations[:, 0, 2].mean())
+    if frames >= RATE and abs(lift) > MOST_LIFT:
+        raise InputError(
+            f"{name}: the pelvis accelerates by {lift:.1f} m/s^2 upwards on average, should be near 0: free accelerations have gravity "
+            "taken away, in the world's axes with z up"
+        )
+    return np.concat([accelerations, accelerations[-1:]])[:frames]
+
+
+def concatenate(clips: list[RootFrames]) -> RootFrames:
+    """Return the frames of many clips one after the other."""
+    return RootFrames(*(np.concat(parts) for parts in zip(*clips, strict=True)))
+
+
+def face_forward(vectors: Array, heading: Array) -> Array:
+    """Return vectors turned about the vertical so that what pointed along ``heading`` points along x.
+
+    Args:
+        vectors: In the world's axes, shape (N, ..., 3), of NumPy or torch.
+        heading: One angle for each first index [rad], shape (N,).
+    """
+    xp = namespace(vectors)
+    shape = (-1, *(1,) * (vectors.ndim - 2))
+    cosine, sine = xp.cos(heading).reshape(shape), xp.sin(heading).reshape(shape)
+    x, y = vectors[..., 0], vectors[..., 1]
+    return xp.stack([cosine * x + sine * y, cosine * y - sine * x, vectors[..., 2]], -1)

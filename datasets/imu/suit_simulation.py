@@ -1,0 +1,199 @@
+"""What a suit's software makes of its sensors: orientations, a pose, a root; and so a faulty clip beside the clean one.
+
+N samples at 100 Hz of the clip itself, S = 19 sensors. The software knows what a suit's software knows: the raw signals,
+that the wearer began in a T-pose facing a known direction, and the (slightly wrong) leg lengths that were typed in.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from vqf import VQF
+
+from datasets.imu.sensor_model import CALIBRATION, GRAVITY, SENSOR_BODIES, SENSOR_RATE, START, Recording, SuitNoise, record
+from datasets.motion.clip import BodyMotion
+from datasets.motion.humanoid import ANKLE_HEIGHT, BODIES, BODY_COUNT, FEET, NAMES, SKELETON
+from datasets.motion.kinematics import body_poses, continuous, lowest_points
+from datasets.motion.rotation import about_axis, conjugate, from_rotation_vector, multiply, normalise, rotate, to_rotation_vector
+from datasets.motion.skeleton import forward_kinematics
+
+_PELVIS = SENSOR_BODIES.index(NAMES.index("pelvis"))
+_UP = np.array([0.0, 0.0, 1.0])
+_SOLE_FOOT = np.array([[-0.06, 0.0, -ANKLE_HEIGHT], [0.13, 0.0, -ANKLE_HEIGHT]])  # heel and ball in the foot's frame [m]
+_SOLE_TOE = np.array([[0.07, 0.0, -0.02]])  # tip in the toe's frame [m]
+_STANCE_HEIGHT = 0.03  # m above the lowest sole point, within which another one may stand too
+_STANCE_SPEED = 0.8  # m/s, of a sole point, above which it does not stand
+_STANCE_FLOOR = 0.03  # confidence in a moving lowest point: without it the root would leave for ever on its accelerations
+_FREE_FALL = 3.0  # m/s^2: a body that weighs less does not stand; one that weighs twice as much may
+_HOLD_SECONDS = 0.02  # within which the root takes over the velocity that keeps the standing foot where it was
+_GROUND_SECONDS = 0.15  # within which the standing foot is pulled to the ground
+_GROUND_PERCENTILE = 20.0  # of the lowest point is put on the ground; so chosen that clips sink in as deep as those of real suits
+
+
+@dataclass(frozen=True)
+class SuitClip:
+    """A clip as a suit would have captured it, beside the truth.
+
+    Attributes:
+        faulty: Same length and frame rate as ``clean``, named with "_suit".
+        accelerations: Free accelerations in the world's axes, thesis eq. 3.2, at 100 Hz whatever the clip's rate [m/s^2],
+            shape (N, 19, 3); the bodies are ``imu_suit.SENSOR_BODIES``, the first sample is the clip's first frame.
+        clean: The truth.
+    """
+
+    faulty: BodyMotion
+    accelerations: np.ndarray
+    clean: BodyMotion
+
+
+def simulate_suit(clean: BodyMotion, seed: int, severity: float = 1.0) -> SuitClip:
+    """Return the clip as an IMU suit would have captured it.
+
+    Args:
+        clean: Any clip, the truth.
+        seed: Of all randomness: same seed, same recording. Another seed is another session with the suit.
+        severity: Scales all errors of sensors and wearer; 0 is a perfect suit, 1 a usual one.
+
+    Returns:
+        The faulty clip, its accelerations and the clean clip. The root starts above the clean root's first place; its
+        height is the software's, measured from its own idea of the feet.
+    """
+    rng = np.random.default_rng(seed)
+    noise = SuitNoise().scaled(severity)
+    recording = record(clean, noise, rng)
+    leg_scale = 1.0 + noise.length_error * rng.standard_normal()
+    sensors = sensor_orientations(recording)
+    free = rotate(sensors, recording.accelerations)[START:] + GRAVITY
+    free.setflags(write=False)
+    local = fit_skeleton(body_orientations(sensors, recording.heading)[START:])
+    root = track_root(local, free[:, _PELVIS], leg_scale)
+    root[:, :2] += clean.root_position[0, :2] - root[0, :2]
+    root, local = _at_clip_rate(root, local, clean)
+    faulty = replace(clean, root_position=root, local_rotations=local, name=f"{clean.name}_suit", system="imu_suit")
+    return SuitClip(on_ground(faulty), free, clean)
+
+
+def sensor_orientations(recording: Recording) -> np.ndarray:
+    """Return each sensor's orientation in the world as VQF estimates it from 9 axes, wxyz, shape (N, 19, 4).
+
+    Source: Laidig and Seel 2023, "VQF"; its earth frame has magnetic north along +y, as ``imu_suit.EARTH_FIELD`` has.
+    """
+    signals = (recording.angular_velocities, recording.accelerations, recording.magnetic_fields)
+    tracks = []
+    for sensor in range(len(SENSOR_BODIES)):
+        gyroscope, accelerometer, magnetometer = (np.ascontiguousarray(signal[:, sensor]) for signal in signals)
+        tracks.append(VQF(1.0 / SENSOR_RATE).updateBatch(gyroscope, accelerometer, magnetometer)["quat9D"])
+    return np.stack(tracks, axis=1)
+
+
+def body_orientations(sensors: np.ndarray, heading: float) -> np.ndarray:
+    """Return the orientations (N, 19, 4) of the bodies below the sensors, calibrated while the wearer stood.
+
+    Args:
+        sensors: Estimated orientations from the first sample on, shape (N, 19, 4).
+        heading: That the wearer faced in the T-pose [rad].
+    """
+    standing = about_axis(_UP, np.array(heading))
+    seen = continuous(conjugate(sensors[CALIBRATION]))
+    to_body = multiply(normalise(seen.mean(axis=0)), standing)
+    return multiply(sensors, to_body)
+
+
+def fit_skeleton(bodies: np.ndarray) -> np.ndarray:
+    """Return local rotations that our hinges can take and that follow the measured orientations.
+
+    Three-hinge joints take over their body's orientation; an elbow or a knee keeps the part about its hinge, a hand
+    follows its forearm, and the spine lies halfway between pelvis and chest.
+
+    Args:
+        bodies: Orientations of ``SENSOR_BODIES`` in the world, shape (N, 19, 4).
+
+    Returns:
+        Rotations relative to the parent body, shape (N, 20, 4).
+    """
+    measured = {body: bodies[:, sensor] for sensor, body in enumerate(SENSOR_BODIES)}
+    pelvis, chest = measured[0], measured[NAMES.index("chest")]
+    half = from_rotation_vector(0.5 * to_rotation_vector(multiply(conjugate(pelvis), chest)))
+    measured[NAMES.index("spine")] = multiply(pelvis, half)
+    world, local = [pelvis], [pelvis]
+    for index, body in enumerate(BODIES[1:], start=1):
+        parent = world[SKELETON.parents[index]]
+        turn = _about_hinges(multiply(conjugate(parent), measured[index]), body.hinges)
+        local.append(turn)
+        world.append(multiply(parent, turn))
+    return np.stack(local, axis=1)
+
+
+def _about_hinges(local: np.ndarray, hinges: str) -> np.ndarray:
+    """Return the part of the rotations (N, 4) that the hinges can make: the twist about a single one."""
+    if len(hinges) == 3:
+        return local
+    kept = np.zeros_like(local)
+    kept[:, 0] = local[:, 0] if hinges else 1.0
+    for axis in hinges:
+        kept[:, 1 + "xyz".index(axis)] = local[:, 1 + "xyz".index(axis)]
+    return normalise(kept + np.array([1e-9, 0.0, 0.0, 0.0]))
+
+
+def track_root(local: np.ndarray, pelvis_acceleration: np.ndarray, leg_scale: float) -> np.ndarray:
+    """Return the root's path as a suit finds it: standing feet stay, and between steps the pelvis' acceleration is integrated.
+
+    A sole point stands the more surely, the lower it is and the slower it moves as the software believes. The root takes
+    over the velocity that keeps the standing points where they were and the height that puts them on the ground.
+
+    Args:
+        local: Rotations relative to the parent body, shape (N, 20, 4).
+        pelvis_acceleration: Free, in the world [m/s^2], shape (N, 3).
+        leg_scale: Typed-in leg lengths over true ones.
+
+    Returns:
+        Positions of the pelvis [m], shape (N, 3), starting above the origin.
+    """
+    soles = _sole_points(local, leg_scale)
+    step = 1.0 / SENSOR_RATE
+    towards = -np.gradient(soles, step, axis=0) if len(soles) > 1 else np.zeros_like(soles)  # velocity that holds a point still
+    lowest = soles[:, :, 2].min(axis=1)
+    weight = np.linalg.norm(pelvis_acceleration - GRAVITY, axis=1)  # m/s^2, what the pelvis' accelerometer feels
+    loaded = np.clip((weight - _FREE_FALL) / _FREE_FALL, 0.0, 1.0)
+    low = np.exp(-(((soles[:, :, 2] - lowest[:, None]) / _STANCE_HEIGHT) ** 2))
+    velocity = np.einsum("p,pc->c", low[0], towards[0]) / low[0].sum()
+    path = np.zeros((len(local), 3))
+    path[0, 2] = -lowest[0]
+    for n in range(1, len(local)):
+        velocity = velocity + step * pelvis_acceleration[n]
+        slip = np.sum((towards[n] - velocity) ** 2, axis=1)
+        stands = low[n] * (_STANCE_FLOOR + np.exp(-slip / _STANCE_SPEED**2))
+        surely = loaded[n] * stands.max() / (1.0 + _STANCE_FLOOR)
+        held = stands @ towards[n] / stands.sum()
+        velocity = velocity + (1.0 - np.exp(-surely * step / _HOLD_SECONDS)) * (held - velocity)
+        path[n] = path[n - 1] + step * velocity
+        above = path[n, 2] + lowest[n]  # of the ground; no software lets a foot sink in for long
+        path[n, 2] -= (1.0 - np.exp(-(surely if above > 0 else 3.0) * step / _GROUND_SECONDS)) * above
+    return path
+
+
+def _sole_points(local: np.ndarray, leg_scale: float) -> np.ndarray:
+    """Return heel, ball and toe tip of both feet (N, 6, 3) [m] relative to the pelvis, on legs of the typed-in length."""
+    offsets = np.broadcast_to(SKELETON.offsets, (len(local), BODY_COUNT, 3)).copy()
+    legs = [NAMES.index(f"{part}_{side}") for side in "lr" for part in ("shin", "foot")]
+    offsets[:, legs] *= leg_scale
+    positions, rotations = forward_kinematics(SKELETON.parents, offsets, local)
+    points = []
+    for foot, toe in FEET:
+        for body, sole in ((foot, _SOLE_FOOT), (toe, _SOLE_TOE)):
+            points.extend(positions[:, body] + rotate(rotations[:, body], point) for point in sole)
+    return np.stack(points, axis=1)
+
+
+def on_ground(motion: BodyMotion) -> BodyMotion:
+    """Return a clip of level ground with its feet on it, as deep as those of real suits' clips after retargeting."""
+    lift = -np.percentile(lowest_points(*body_poses(motion)).min(axis=-1), _GROUND_PERCENTILE)
+    return replace(motion, root_position=motion.root_position + np.array([0.0, 0.0, lift]))
+
+
+def _at_clip_rate(root: np.ndarray, local: np.ndarray, clean: BodyMotion) -> tuple[np.ndarray, np.ndarray]:
+    """Return root and local rotations at the instants of the clean clip's frames."""
+    if len(root) < 2:
+        return root[: len(clean)], local[: len(clean)]
+    samples, frames = np.arange(len(root)) / SENSOR_RATE, np.arange(len(clean)) / clean.fps
+    return CubicSpline(samples, root)(frames), normalise(CubicSpline(samples, continuous(local))(frames))

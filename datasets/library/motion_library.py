@@ -1,0 +1,263 @@
+"""Many clips packed flat and read-only: everything a mimicking step needs to know of a frame, in one look-up."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import NamedTuple, Self
+
+import numpy as np
+
+from datasets.library.drift_alignment import re_anchor
+from datasets.motion.clip import BodyMotion
+from datasets.motion.humanoid import BODY_COUNT, HINGE_COUNT, SKELETON, hinge_angles
+from datasets.motion.kinematics import angular_velocity, body_poses, centre_of_mass, linear_velocity, lowest_points
+from datasets.motion.rotation import Array, conjugate, heading, rotate, skew, to_matrix
+
+# Where three hinges in series come near gimbal lock their speeds have no bound; no human joint turns faster than this.
+MAX_HINGE_SPEED = 20.0  # rad/s
+# A start whose lowest point is in the ground, or this close to it, is moved until it is this deep in it: whether 0 is contact an engine
+# would decide by its rounding, and whether a foot is held from the first engine step on or from the second, whether a weak body falls.
+TOUCH = 1e-4  # m
+
+
+class Observed(NamedTuple):
+    """The track that the policy sees and the motors follow, faulty or not, at one frame of each of N worlds.
+
+    Attributes:
+        pos: Origins of the bodies [m], shape (N, 20, 3).
+        lin_vel: Their velocities [m/s], shape (N, 20, 3).
+        com: Centre of mass [m], shape (N, 3).
+        com_vel: Its velocity [m/s], shape (N, 3).
+        facing: Cosine and sine of the pelvis' heading, shape (N, 2).
+        hinges: Angles of the 43 hinges [rad], shape (N, 43).
+        hinge_vel: Their speeds [rad/s], shape (N, 43).
+    """
+
+    pos: Array
+    lin_vel: Array
+    com: Array
+    com_vel: Array
+    facing: Array
+    hinges: Array
+    hinge_vel: Array
+
+
+class Rewarded(NamedTuple):
+    """The track that is rewarded: the clean one of a pair, else the observed one.
+
+    Attributes:
+        pos: Origins of the bodies [m], shape (N, 20, 3).
+        rot: Their rotation matrices, columns are the bodies' axes, shape (N, 20, 3, 3).
+        lin_vel: Their velocities [m/s], shape (N, 20, 3).
+        axis_vel: Velocities of the tips of the bodies' unit axes about their origins [m/s], shape (N, 20, 3, 3).
+        local_rot: Rotation matrices relative to the parent of all bodies but the pelvis, shape (N, 19, 3, 3).
+    """
+
+    pos: Array
+    rot: Array
+    lin_vel: Array
+    axis_vel: Array
+    local_rot: Array
+
+
+class Reference(NamedTuple):
+    """Everything about one frame of each of N worlds.
+
+    Attributes:
+        observed: What the policy sees and the motors follow.
+        rewarded: What it is rewarded for.
+        truth_root: Pelvis of the clean clip behind a faulty one, else of the clip itself, where it was [m], shape (N, 3).
+    """
+
+    observed: Observed
+    rewarded: Rewarded
+    truth_root: Array
+
+
+_ALL, _JOINTS = BODY_COUNT, BODY_COUNT - 1
+_SHAPES = {  # of one frame's parts, in the order of Observed, Rewarded and Reference
+    "pos": (_ALL, 3),
+    "lin_vel": (_ALL, 3),
+    "com": (3,),
+    "com_vel": (3,),
+    "facing": (2,),
+    "hinges": (HINGE_COUNT,),
+    "hinge_vel": (HINGE_COUNT,),
+    "rewarded_pos": (3, _ALL),  # the rewarded parts component by component: so the reward is quickest
+    "rewarded_rot": (3, 3, _ALL),
+    "rewarded_lin_vel": (3, _ALL),
+    "rewarded_axis_vel": (3, 3, _ALL),
+    "rewarded_local_rot": (3, 3, _JOINTS),
+    "truth_root": (3,),
+}
+_ENDS = np.cumsum([0, *(np.prod(shape) for shape in _SHAPES.values())]).tolist()
+_COLUMNS = [slice(begin, end) for begin, end in pairwise(_ENDS)]  # of each part in the table
+_VIEWS = [(-1, *shape) for shape in _SHAPES.values()]
+_OBSERVED = len(Observed._fields)
+
+
+@dataclass(frozen=True)
+class ClipInfo:
+    """What is known of a clip beside its frames."""
+
+    name: str
+    performer: str
+    system: str
+    kind: str
+    start: int  # first frame in the library
+    frames: int
+
+
+@dataclass(frozen=True)
+class MotionLibrary:
+    """Clips of one frame rate, packed one after the other; NumPy, or tensors where ``placed`` put them.
+
+    Attributes:
+        clips: What is known of each clip.
+        table: All frames of all clips, everything of a frame in one row, so that a look-up touches memory once for each
+            world, shape (F, W).
+        start_pose: Generalised positions to start from: root position, lifted until nothing is in the ground but to touch it, and
+            rotation, then the hinges, shape (F, 50).
+        start_vel: Generalised velocities: root linear in the world and angular in the body, then hinges, shape (F, 49).
+        fps: Frames per second of every clip.
+        feed_forward: Angles beside the reference's that let motors carry it, by ``envs.physics.inverse_dynamics`` [rad], shape (F, 43);
+            None where nobody has worked them out.
+    """
+
+    clips: tuple[ClipInfo, ...]
+    table: Array
+    start_pose: Array
+    start_vel: Array
+    fps: float
+    feed_forward: Array | None = None
+
+    @classmethod
+    def of(cls, motions: list[BodyMotion], truths: list[BodyMotion] | None = None, paired: bool = False) -> Self:
+        """Pack clips.
+
+        Args:
+            motions: Clips of one rate, at least one.
+            truths: For each clip the clean clip behind it, of the same length and rate; each clip itself if None.
+            paired: Whether the clean clips are rewarded, re-anchored to the observed ones, instead of the observed ones.
+
+        Returns:
+            The library.
+
+        Raises:
+            ValueError: If there is no clip, or rates or lengths differ.
+        """
+        if not motions:
+            raise ValueError("a motion library needs at least one clip")
+        if len({motion.fps for motion in motions}) > 1:
+            raise ValueError("the clips of a motion library differ in their frame rate")
+        packed = [_pack(motion, truth, paired) for motion, truth in zip(motions, truths or motions, strict=True)]
+        starts = np.cumsum([0, *(len(motion) for motion in motions)])
+        clips = tuple(ClipInfo(m.name, m.performer, m.system, m.kind, int(s), len(m)) for m, s in zip(motions, starts, strict=False))
+        arrays = {key: np.concat([one[key] for one in packed]) for key in packed[0]}
+        return cls.from_arrays(clips, arrays, motions[0].fps)
+
+    @classmethod
+    def from_arrays(cls, clips: tuple[ClipInfo, ...], arrays: dict[str, np.ndarray], fps: float) -> Self:
+        """Rebuild a library from what ``arrays`` gave, frozen."""
+        for array in arrays.values():
+            array.setflags(write=False)
+        return cls(clips, **arrays, fps=fps)
+
+    def arrays(self) -> dict[str, Array]:
+        """Return the packed arrays by name, to store or share them."""
+        arrays = {"table": self.table, "start_pose": self.start_pose, "start_vel": self.start_vel}
+        return arrays if self.feed_forward is None else arrays | {"feed_forward": self.feed_forward}
+
+    @cached_property
+    def frames(self) -> Reference:
+        """All frames as one ``Reference`` of F rows."""
+        return _reference(self.table)
+
+    def select(self, wanted: Sequence[bool]) -> Self:
+        """Return a library of the clips that are wanted, one answer for each; the library itself if all are."""
+        if all(wanted):
+            return self
+        kept = [clip for clip, keep in zip(self.clips, wanted, strict=True) if keep]
+        rows = np.concat([np.arange(clip.start, clip.start + clip.frames) for clip in kept])
+        starts = np.cumsum([0, *(clip.frames for clip in kept)])
+        clips = tuple(replace(clip, start=int(start)) for clip, start in zip(kept, starts, strict=False))
+        return type(self).from_arrays(clips, {name: array[rows] for name, array in self.arrays().items()}, self.fps)
+
+    def placed(self, place: Callable[[np.ndarray], Array]) -> Self:
+        """Return the same clips with their arrays where ``place`` puts them, such as on a GPU."""
+        return replace(self, **{name: place(array) for name, array in self.arrays().items()})
+
+    def __len__(self) -> int:
+        """Return the number of frames of all clips together."""
+        return len(self.start_pose)
+
+    def at(self, rows: Array) -> Reference:
+        """Return the reference at the given rows of the library, shape (N,)."""
+        return _reference(self.table[rows])
+
+
+def _reference(table: Array) -> Reference:
+    """Return the parts of table rows (N, W), as views of them."""
+    parts = [table[:, columns].reshape(shape) for columns, shape in zip(_COLUMNS, _VIEWS, strict=True)]
+    rewarded = (part.swapaxes(1, -1).swapaxes(2, -1) if part.ndim == 4 else part.mT for part in parts[_OBSERVED:-1])
+    return Reference(Observed(*parts[:_OBSERVED]), Rewarded(*rewarded), parts[-1])
+
+
+def _pack(motion: BodyMotion, truth: BodyMotion, paired: bool) -> dict[str, np.ndarray]:
+    """Return everything of one clip that the library stores, in single precision."""
+    if len(truth) != len(motion) or truth.fps != motion.fps:
+        raise ValueError(f"{motion.name} and its clean clip differ in length or frame rate")
+    pos, quat = body_poses(motion)
+    com, lin_vel = centre_of_mass(pos, quat), linear_velocity(pos, motion.fps)
+    hinges = hinge_angles(motion.local_rotations)
+    hinge_vel = np.clip(linear_velocity(hinges, motion.fps), -MAX_HINGE_SPEED, MAX_HINGE_SPEED)
+    yaw = heading(quat[:, 0])
+    lowest = lowest_points(pos, quat).min(axis=1)
+    lift = np.where(lowest < TOUCH, -TOUCH - lowest, 0.0)
+    root = motion.root_position + np.stack([0 * lift, 0 * lift, lift], axis=1)
+    root_spin = rotate(conjugate(quat[:, 0]), angular_velocity(quat[:, 0], motion.fps))
+    parts = {
+        "pos": pos,
+        "lin_vel": lin_vel,
+        "com": com,
+        "com_vel": linear_velocity(com, motion.fps),
+        "facing": np.stack([np.cos(yaw), np.sin(yaw)], axis=1),
+        "hinges": hinges,
+        "hinge_vel": hinge_vel,
+        **_rewarded(re_anchor(truth, motion) if paired and truth is not motion else motion),
+        "truth_root": truth.root_position,
+    }
+    packed = {
+        "table": np.concat([parts[name].reshape(len(motion), -1) for name in _SHAPES], axis=1),
+        "start_pose": np.concat([root, quat[:, 0], hinges], axis=1),
+        "start_vel": np.concat([lin_vel[:, 0], root_spin, hinge_vel], axis=1),
+    }
+    return {name: array.astype(np.float32) for name, array in packed.items()}
+
+
+def _rewarded(motion: BodyMotion) -> dict[str, np.ndarray]:
+    """Return the parts of a frame that are rewarded, of all frames of a clip, bodies last."""
+    pos, quat = body_poses(motion)
+    rot, parents = to_matrix(quat), np.array(SKELETON.parents[1:])
+    parts = Rewarded(
+        pos,
+        rot,
+        linear_velocity(pos, motion.fps),
+        axis_velocity(angular_velocity(quat, motion.fps), rot),
+        rot[:, parents].swapaxes(-1, -2) @ rot[:, 1:],
+    )
+    return {f"rewarded_{name}": np.moveaxis(part, 1, -1) for name, part in parts._asdict().items()}
+
+
+def axis_velocity(ang_vel: Array, rot: Array) -> Array:
+    """Return how fast the tips of turning unit axes move [m/s].
+
+    Args:
+        ang_vel: Angular velocities in the world's axes [rad/s], shape (..., 3).
+        rot: Rotation matrices with the axes as columns, shape (..., 3, 3).
+
+    Returns:
+        Velocities as columns, shape (..., 3, 3).
+    """
+    return skew(ang_vel) @ rot

@@ -1,0 +1,156 @@
+"""Motion sources: a BVH or MVNX file, a folder of them, or the word "synthetic", as clips on the 20 bodies at one rate."""
+
+import csv
+import os
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from configs.errors import InputError
+from datasets.imu.recording import read_imu_recording
+from datasets.imu.sensor_model import SENSOR_RATE
+from datasets.motion.clip import BodyMotion
+from datasets.motion.kinematics import resample
+from datasets.retarget.joint_mapping import Mapping
+from datasets.retarget.performer_clip import read_capture
+from datasets.retarget.retarget import retarget
+
+SYNTHETIC = "synthetic"
+FPS = 60.0
+INDEX = "motions.csv"
+BVH, MVNX = ".bvh", ".mvnx"
+ROUGH_GROUND_KINDS = ("stairs", "steps", "climb")  # need another ground than a flat one
+KINDS = (
+    "walk", "run", "dash", "jog", "jump", "hop", "kick", "punch", "martial", "salsa", "dance", "indian", "bow", "bye",
+    "wave", "raise", "squat", "sit", "stand", "turn", "crawl", "throw",
+)  # in a file's name, first match  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """One clip of a source.
+
+    Attributes:
+        clip: On the 20 bodies.
+        accelerations: Free accelerations that a suit measured beside it, in the clip's world, at 100 Hz [m/s^2], shape (N, 19, 3); None
+            where the file holds none.
+    """
+
+    clip: BodyMotion
+    accelerations: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class Credit:
+    """Who moved, how it was captured, and what was moved."""
+
+    performer: str
+    system: str
+    kind: str
+
+
+def load_clips(source: str | os.PathLike[str], mapping: Mapping | None = None, fps: float = FPS, seed: int = 0) -> list[BodyMotion]:
+    """Return the clips of a motion source; arguments and errors are those of ``load_recordings``."""
+    return [one.clip for one in load_recordings(source, mapping, fps, seed)]
+
+
+def load_recordings(source: str | os.PathLike[str], mapping: Mapping | None = None, fps: float = FPS, seed: int = 0) -> list[Recorded]:
+    """Return the clips of a motion source, with the accelerations that an MVNX file holds.
+
+    Args:
+        source: A BVH or MVNX file, a folder of them (searched through, in the order of their paths), or "synthetic".
+        mapping: What is known of the joints, unit and axes of all the files.
+        fps: Frame rate to bring the clips to [1/s].
+        seed: Of synthetic motion.
+
+    Returns:
+        Clips on the 20 bodies whose names are unique, credited by the ``motions.csv`` of the folder or of one above it.
+
+    Raises:
+        InputError: If there is no motion there, or a file is broken; names the file.
+    """
+    if str(source) == SYNTHETIC:
+        from datasets.synthetic.clips import synthetic_clips  # slow to make, so not imported by those who read files
+
+        return [Recorded(resample(clip, fps)) for clip in synthetic_clips(seed=seed)]
+    paths = find_files(source)
+    names, index = unique_names(paths), read_index(paths[0])
+    recordings = []
+    for path, name in zip(paths, names, strict=True):
+        one, by = _read(path, mapping, fps), credit(path, index)
+        system = "imu" if one.accelerations is not None else by.system
+        recordings.append(replace(one, clip=replace(one.clip, name=name, performer=by.performer, system=system, kind=by.kind)))
+    return recordings
+
+
+def _read(path: Path, mapping: Mapping | None, fps: float) -> Recorded:
+    """Return the clip of a file; accelerations last as long as the clip at its new rate."""
+    if path.suffix.lower() != MVNX:
+        return Recorded(resample(retarget(read_capture(path, mapping)).motion, fps))
+    recording = read_imu_recording(path, mapping)
+    clip = resample(recording.motion, fps)
+    samples = int(np.floor((len(clip) - 1) / fps * SENSOR_RATE + 1e-6)) + 1
+    return Recorded(clip, recording.accelerations[:samples])
+
+
+def find_files(source: str | os.PathLike[str]) -> list[Path]:
+    """Return the motion files of a source, sorted by path; of a BVH and an MVNX of one name beside each other the MVNX, which holds more.
+
+    Raises:
+        InputError: If there are none.
+    """
+    path = Path(source)
+    if not path.exists():
+        raise InputError(f"{path}: no such file or folder; a motion source is a BVH or MVNX file, a folder of them, or '{SYNTHETIC}'")
+    if path.is_file():
+        return [path]
+    files = sorted(file for file in path.rglob("*") if file.suffix.lower() in (BVH, MVNX) and file.is_file())
+    if not files:
+        raise InputError(f"{path}: no BVH or MVNX file here or below; a motion source is such a file, a folder of them, or '{SYNTHETIC}'")
+    richer = {file.with_suffix("") for file in files if file.suffix.lower() == MVNX}
+    return [file for file in files if file.suffix.lower() == MVNX or file.with_suffix("") not in richer]
+
+
+def read_index(path: Path) -> dict[Path, Credit]:
+    """Return the credits of the ``motions.csv`` nearest above ``path``; none where there is no such file.
+
+    Raises:
+        InputError: If the index lacks a column.
+    """
+    folder = next((folder for folder in path.resolve().parents if (folder / INDEX).is_file()), None)
+    if folder is None:
+        return {}
+    with (folder / INDEX).open(encoding="utf-8", newline="") as file:
+        rows = csv.DictReader(file)
+        missing = {"path", "system", "subject", "motion"} - set(rows.fieldnames or ())
+        if missing:
+            raise InputError(f"{folder / INDEX}: lacks the column {', '.join(sorted(missing))}; path, system, subject, motion are needed")
+        return {(folder / row["path"]).resolve(): Credit(row["subject"], row["system"], _kind(row["motion"])) for row in rows}
+
+
+def credit(path: Path, index: dict[Path, Credit]) -> Credit:
+    """Return what the index says of a file, else what its name tells: "anna_walk_02.bvh" was moved by "anna_walk"."""
+    known = index.get(path.resolve())
+    stem = re.sub(r"[\W_]*\d+$", "", path.stem) or path.stem
+    return known or Credit(stem, "unknown", _kind(path.stem))
+
+
+def _kind(text: str) -> str:
+    """Return the kind of motion that a text names: of other ground wherever it stands ("walk up stairs"), else the first."""
+    text = text.lower()
+    rough = [kind for kind in ROUGH_GROUND_KINDS if kind in text]
+    if rough:
+        return rough[0]
+    found = [(text.find(kind), kind) for kind in KINDS if kind in text]
+    return min(found)[1] if found else "unknown"
+
+
+def unique_names(files: list[Path]) -> list[str]:
+    """Return the files' stems; with their folder, or their whole path, in front where others have the same."""
+    stems, longer = [file.stem for file in files], [f"{file.parent.name}/{file.stem}" for file in files]
+    return [
+        stem if stems.count(stem) == 1 else name if longer.count(name) == 1 else str(file)
+        for file, stem, name in zip(files, stems, longer, strict=True)
+    ]

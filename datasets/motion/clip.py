@@ -1,0 +1,95 @@
+"""One clip: on its performer's own skeleton (``Motion``) or on the 20 bodies (``BodyMotion``). Both are read-only."""
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from datasets.motion.humanoid import BODY_COUNT
+from datasets.motion.skeleton import Skeleton
+
+
+def _freeze(owner: object, field: str, shape_tail: tuple[int, ...]) -> None:
+    """Replace an array field by a read-only float copy, checked for its shape (T, *shape_tail) and for finite numbers."""
+    array = np.array(getattr(owner, field), dtype=float)
+    if array.ndim != 1 + len(shape_tail) or array.shape[1:] != shape_tail or not len(array):
+        raise ValueError(f"{field} has shape {array.shape}, should be (frames, {', '.join(map(str, shape_tail))})")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{field} holds numbers that are not finite")
+    array.setflags(write=False)
+    object.__setattr__(owner, field, array)
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A clip on its performer's own skeleton: metres, Z up, X forward where the file says so.
+
+    Attributes:
+        skeleton: J joints.
+        local_positions: Of each joint in its parent's frame, the root's in the world [m], shape (T, J, 3).
+        local_rotations: Relative to the parent, the root's to the world, wxyz, shape (T, J, 4).
+        fps: Frames per second of this clip.
+        name: What people call the clip, usually the file's stem.
+    """
+
+    skeleton: Skeleton
+    local_positions: np.ndarray
+    local_rotations: np.ndarray
+    fps: float
+    name: str
+
+    def __post_init__(self) -> None:
+        """Freeze and check the arrays."""
+        _freeze(self, "local_positions", (len(self.skeleton.names), 3))
+        _freeze(self, "local_rotations", (len(self.skeleton.names), 4))
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return len(self.local_rotations)
+
+
+@dataclass(frozen=True)
+class BodyMotion:
+    """A clip on the 20 bodies of ``datasets.motion.humanoid``: metres, Z up, ground at zero.
+
+    Elbows and knees turn about their one hinge and hands not at all, so that the simulated humanoid can take every frame.
+
+    Attributes:
+        root_position: Of the pelvis in the world [m], shape (T, 3).
+        local_rotations: Relative to the parent body, the pelvis' to the world, wxyz, shape (T, 20, 4).
+        fps: Frames per second of this clip.
+        name: Unique within a library.
+        performer: Who moved; training and test sets never share one.
+        system: How it was captured: "optical", "imu", "synthetic" or "imu_suit" (simulated).
+        kind: Kind of motion in a word or two, such as "walk".
+        rooted: Whether the recording says where the pelvis went; else ``root_position`` is a place holder.
+    """
+
+    root_position: np.ndarray
+    local_rotations: np.ndarray
+    fps: float
+    name: str
+    performer: str = "unknown"
+    system: str = "unknown"
+    kind: str = "unknown"
+    rooted: bool = True
+
+    def __post_init__(self) -> None:
+        """Freeze and check the arrays."""
+        _freeze(self, "root_position", (3,))
+        _freeze(self, "local_rotations", (BODY_COUNT, 4))
+        if len(self.root_position) != len(self.local_rotations):
+            raise ValueError("root_position and local_rotations differ in their number of frames")
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return len(self.root_position)
+
+    @property
+    def seconds(self) -> float:
+        """Duration [s]."""
+        return len(self) / self.fps
+
+    def cut(self, start: int, stop: int) -> Self:
+        """Return the frames from ``start`` up to ``stop``."""
+        return replace(self, root_position=self.root_position[start:stop], local_rotations=self.local_rotations[start:stop])

@@ -1,0 +1,35 @@
+"""Where a clip jumps as no body can: swapped markers and joined takes, which nobody should be taught."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from datasets.motion.clip import BodyMotion
+from datasets.motion.kinematics import body_poses
+
+MAX_ACCELERATION = 1000.0  # m/s^2 relative to the pelvis; a kick reaches about half of it, marker swaps exceed it
+
+
+def jump_frames(positions: np.ndarray, fps: float) -> np.ndarray:
+    """Return the frames in which a body accelerates impossibly against the pelvis.
+
+    Args:
+        positions: Origins of the bodies, the pelvis first [m], shape (T, 20, 3).
+        fps: Frames per second.
+    """
+    acceleration = np.diff(positions - positions[:, :1], n=2, axis=0) * fps**2
+    return 1 + np.flatnonzero(np.linalg.norm(acceleration, axis=-1).max(axis=-1, initial=0.0) > MAX_ACCELERATION)
+
+
+def cut_at_jumps(motion: BodyMotion) -> list[BodyMotion]:
+    """Return the pieces of a clip between its jumps; the clip itself where it has none.
+
+    Pieces are named like the clip, with "#" and their number from one.
+    """
+    jumps = jump_frames(body_poses(motion)[0], motion.fps)
+    if not len(jumps):
+        return [motion]
+    bounds = np.concat([[-1], jumps, [len(motion)]])
+    pieces = [motion.cut(int(before) + 1, int(after)) for before, after in pairwise(bounds) if after - before > 1]
+    return [replace(piece, name=f"{motion.name}#{number}") for number, piece in enumerate(pieces, start=1)]

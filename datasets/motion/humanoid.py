@@ -1,0 +1,180 @@
+"""The humanoid of 20 bodies, written once: its tree, proportions, masses, hinges and shapes.
+
+Lengths in metres, x forward, y left, z up. At zero rotation it stands in a T-pose, palms down, and every body's
+frame is parallel to the world's. Segment masses are the shares of Dumas and Wojtusch (2018, table of the adult
+male), with the torso's share divided among spine, chest and collars.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from warnings import catch_warnings
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from datasets.motion.rotation import about_axis, multiply
+from datasets.motion.skeleton import Skeleton
+
+MASS = 72.0  # kg
+LOCKED = 1e-6  # cosine of a middle angle below which the outer two hinges of three turn about one axis
+ANKLE_HEIGHT = 0.08  # m, of the foot's origin above its sole
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A collision shape: the points' convex hull, grown by ``radius``. One point is a ball, two a capsule, eight a box."""
+
+    points: tuple[tuple[float, float, float], ...]
+    radius: float = 0.0
+
+
+@dataclass(frozen=True)
+class Body:
+    """One body: where it hangs, what it weighs, how its joint turns and what it collides with.
+
+    Attributes:
+        name: Body and joint name.
+        parent: Name of the parent body, None for the pelvis.
+        offset: Origin in the parent's frame at rest [m].
+        mass_share: Share of the total mass.
+        hinges: Axes of the joint's hinges from the parent's side to the body's, such as "yxz"; "" is welded.
+        shape: Collision shape in the body's frame; the centre of its points is the centre of mass.
+    """
+
+    name: str
+    parent: str | None
+    offset: tuple[float, float, float]
+    mass_share: float
+    hinges: str
+    shape: Shape
+
+
+def _ball(x: float, y: float, z: float, radius: float) -> Shape:
+    return Shape(((x, y, z),), radius)
+
+
+def _rod(a: tuple[float, float, float], b: tuple[float, float, float], radius: float) -> Shape:
+    return Shape((a, b), radius)
+
+
+def _box(low: tuple[float, float, float], high: tuple[float, float, float]) -> Shape:
+    return Shape(tuple((x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])))
+
+
+def _arm(side: str, s: float) -> list[Body]:
+    """Return the four bodies of one arm; ``s`` is +1 on the left, -1 on the right."""
+    return [
+        Body(f"collar_{side}", "chest", (0.0, s * 0.03, 0.20), 0.020, "zxy", _rod((0, s * 0.02, 0), (0, s * 0.11, 0), 0.05)),
+        Body(f"upper_arm_{side}", f"collar_{side}", (0.0, s * 0.15, 0.0), 0.024, "yzx", _rod((0, s * 0.03, 0), (0, s * 0.26, 0), 0.045)),
+        Body(f"forearm_{side}", f"upper_arm_{side}", (0.0, s * 0.28, 0.0), 0.017, "z", _rod((0, s * 0.02, 0), (0, s * 0.23, 0), 0.038)),
+        Body(f"hand_{side}", f"forearm_{side}", (0.0, s * 0.25, 0.0), 0.006, "", _rod((0, s * 0.03, 0), (0, s * 0.13, 0), 0.035)),
+    ]  # fmt: skip
+
+
+def _leg(side: str, s: float) -> list[Body]:
+    """Return the four bodies of one leg; ``s`` is +1 on the left, -1 on the right."""
+    return [
+        Body(f"thigh_{side}", "pelvis", (0.0, s * 0.09, -0.03), 0.123, "zxy", _rod((0, 0, -0.03), (0, 0, -0.35), 0.07)),
+        Body(f"shin_{side}", f"thigh_{side}", (0.0, 0.0, -0.42), 0.048, "y", _rod((0, 0, -0.04), (0, 0, -0.36), 0.05)),
+        Body(f"foot_{side}", f"shin_{side}", (0.0, 0.0, -0.41), 0.010, "zxy", _box((-0.06, -0.045, -ANKLE_HEIGHT), (0.13, 0.045, -0.02))),
+        Body(f"toe_{side}", f"foot_{side}", (0.13, 0, 0.02 - ANKLE_HEIGHT), 0.002, "yxz", _box((0.0, -0.045, -0.02), (0.07, 0.045, 0.02))),
+    ]  # fmt: skip
+
+
+BODIES: tuple[Body, ...] = (
+    Body("pelvis", None, (0.0, 0.0, 0.0), 0.142, "", _rod((0, -0.07, 0.02), (0, 0.07, 0.02), 0.09)),
+    Body("spine", "pelvis", (0.0, 0.0, 0.10), 0.110, "zxy", _rod((0, -0.05, 0.07), (0, 0.05, 0.07), 0.09)),
+    Body("chest", "spine", (0.0, 0.0, 0.17), 0.183, "zxy", _rod((0, -0.06, 0.11), (0, 0.06, 0.11), 0.11)),
+    Body("head", "chest", (0.0, 0.0, 0.27), 0.067, "zxy", _ball(0.02, 0.0, 0.13, 0.10)),
+    *_arm("l", 1.0),
+    *_arm("r", -1.0),
+    *_leg("l", 1.0),
+    *_leg("r", -1.0),
+)  # fmt: skip
+
+NAMES: tuple[str, ...] = tuple(body.name for body in BODIES)
+SKELETON = Skeleton(
+    NAMES,
+    tuple(-1 if body.parent is None else NAMES.index(body.parent) for body in BODIES),
+    np.array([body.offset for body in BODIES]),
+)
+BODY_COUNT = len(BODIES)
+SPINAL = (0, 1, 2, 3)  # pelvis, spine, chest, head
+HEAD = NAMES.index("head")
+FEET = tuple((NAMES.index(f"foot_{s}"), NAMES.index(f"toe_{s}")) for s in "lr")  # of each side the bodies that touch ground
+_SHARES = np.array([body.mass_share for body in BODIES])
+MASSES = MASS * _SHARES / _SHARES.sum()  # kg, (20,); published shares are rounded and sum to 1.002
+CENTRES = np.array([np.mean(body.shape.points, axis=0) for body in BODIES])  # of mass in the body's frame [m], (20, 3)
+LEG_LENGTH = 0.42 + 0.41  # m, thigh and shin
+HINGES: tuple[tuple[int, str], ...] = tuple((b, axis) for b, body in enumerate(BODIES) for axis in body.hinges)
+HINGE_COUNT = len(HINGES)  # 43
+HINGE_NAMES: tuple[str, ...] = tuple(f"{NAMES[b]}_{axis}" for b, axis in HINGES)
+_AXES = {"x": np.array([1.0, 0.0, 0.0]), "y": np.array([0.0, 1.0, 0.0]), "z": np.array([0.0, 0.0, 1.0])}
+
+
+def hinge_slice(body: int) -> slice:
+    """Return where the hinges of ``body`` stand among the 43."""
+    start = sum(len(b.hinges) for b in BODIES[:body])
+    return slice(start, start + len(BODIES[body].hinges))
+
+
+def hinge_angles(local_rotations: np.ndarray) -> np.ndarray:
+    """Return the 43 hinge angles of a clip, continuous in time.
+
+    Three hinges in series reach every rotation by two triples of angles, each of them modulo a turn: of these the one
+    nearest to the frame before is taken, so that no angle jumps while the body moves smoothly.
+
+    Args:
+        local_rotations: Relative to the parent body, wxyz, shape (T, 20, 4).
+
+    Returns:
+        Angles [rad], shape (T, 43).
+    """
+    angles = np.zeros((len(local_rotations), HINGE_COUNT))
+    for index, body in enumerate(BODIES):
+        here, q = hinge_slice(index), local_rotations[:, index]
+        if len(body.hinges) == 1:
+            about = 1 + "xyz".index(body.hinges)
+            angles[:, here] = np.unwrap(2.0 * np.arctan2(q[:, about], q[:, 0]))[:, None]
+        elif len(body.hinges) == 3:
+            with catch_warnings(action="ignore", category=UserWarning):  # of gimbal lock, which is dealt with below
+                triples = Rotation.from_quat(q, scalar_first=True).as_euler(body.hinges.upper())
+            angles[:, here] = _continuous(triples, 1.0 if body.hinges in ("xyz", "yzx", "zxy") else -1.0)
+    return angles
+
+
+def _continuous(triples: np.ndarray, parity: float) -> np.ndarray:
+    """Return for each frame the equivalent of an Euler triple (T, 3) that is nearest to the frame before.
+
+    In gimbal lock only the sum of the first and the last angle is known, or their difference: ``parity``, +1 where the axes
+    are in cyclic order and -1 otherwise, says which. There the last angle keeps still.
+    """
+    out = triples.copy()
+    for before, now in pairwise(range(len(triples))):
+        first, middle, last = triples[now]
+        if abs(np.cos(middle)) < LOCKED:
+            kept = out[before, 2]
+            first, last = first + parity * np.sign(middle) * (last - kept), kept
+        candidates = np.array([(first, middle, last), (first + np.pi, np.pi - middle, last + np.pi)])
+        candidates += 2 * np.pi * np.round((out[before] - candidates) / (2 * np.pi))
+        out[now] = candidates[np.argmin(np.sum((candidates - out[before]) ** 2, axis=1))]
+    return out
+
+
+def local_rotations(root_rotation: np.ndarray, angles: np.ndarray) -> np.ndarray:
+    """Return the local rotations that the hinges make: the inverse of ``hinge_angles``.
+
+    Args:
+        root_rotation: Of the pelvis in the world, wxyz, shape (..., 4).
+        angles: Of the 43 hinges [rad], shape (..., 43).
+
+    Returns:
+        Rotations relative to the parent, the pelvis' to the world, shape (..., 20, 4).
+    """
+    identity = np.zeros_like(root_rotation)
+    identity[..., 0] = 1.0
+    rotations = [identity] * BODY_COUNT
+    rotations[0] = root_rotation
+    for hinge, (body, axis) in enumerate(HINGES):
+        rotations[body] = multiply(rotations[body], about_axis(_AXES[axis], angles[..., hinge]))
+    return np.stack(rotations, axis=-2)

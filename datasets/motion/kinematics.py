@@ -1,0 +1,141 @@
+"""What a clip implies: body poses, velocities, centre of mass, lowest points, another frame rate."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from datasets.motion.clip import BodyMotion, Motion
+from datasets.motion.humanoid import ANKLE_HEIGHT, BODIES, CENTRES, FEET, MASSES, SKELETON
+from datasets.motion.rotation import conjugate, multiply, normalise, rotate, to_rotation_vector
+from datasets.motion.skeleton import forward_kinematics
+
+# Heel, ball and toe tip of both feet in their bodies [m]. The ball is the rear of the toes, which rest while a foot rolls over them.
+SOLE_BODIES = [body for foot, toe in FEET for body in (foot, toe, toe)]
+SOLES = np.array(2 * [[-0.06, 0.0, -ANKLE_HEIGHT], [0.0, 0.0, -0.02], [0.07, 0.0, -0.02]])
+_ROLL = 0.01  # m, above a foot's lowest sole point, at which another one still carries it: smoothly, so that feet can roll
+
+
+def body_poses(motion: BodyMotion) -> tuple[np.ndarray, np.ndarray]:
+    """Return the origins (T, 20, 3) [m] and rotations (T, 20, 4) of the 20 bodies in the world."""
+    offsets = np.broadcast_to(SKELETON.offsets, (len(motion), *SKELETON.offsets.shape)).copy()
+    offsets[:, 0] = motion.root_position
+    return forward_kinematics(SKELETON.parents, offsets, motion.local_rotations)
+
+
+def joint_poses(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+    """Return the positions (T, J, 3) [m] and rotations (T, J, 4) in the world of the joints of a performer's own skeleton."""
+    return forward_kinematics(motion.skeleton.parents, motion.local_positions, motion.local_rotations)
+
+
+def linear_velocity(positions: np.ndarray, fps: float) -> np.ndarray:
+    """Return central differences along the first axis, one-sided at the ends [unit of positions per second]."""
+    if len(positions) < 2:
+        return np.zeros_like(positions)
+    return np.gradient(positions, 1.0 / fps, axis=0)
+
+
+def linear_acceleration(positions: np.ndarray, fps: float) -> np.ndarray:
+    """Return second central differences along the first axis, those at the ends repeated [unit of positions per second squared]."""
+    if len(positions) < 3:
+        return np.zeros_like(positions)
+    inner = (positions[2:] - 2 * positions[1:-1] + positions[:-2]) * fps**2
+    return np.concat([inner[:1], inner, inner[-1:]])
+
+
+def angular_velocity(rotations: np.ndarray, fps: float) -> np.ndarray:
+    """Return angular velocities in the world's axes by central differences along the first axis.
+
+    Args:
+        rotations: In the world, wxyz, shape (T, ..., 4).
+        fps: Frames per second.
+
+    Returns:
+        Angular velocities [rad/s], shape (T, ..., 3).
+    """
+    if len(rotations) < 2:
+        return np.zeros((*rotations.shape[:-1], 3))
+    step = to_rotation_vector(multiply(rotations[1:], conjugate(rotations[:-1]))) * fps
+    return np.concat([step[:1], 0.5 * (step[1:] + step[:-1]), step[-1:]])
+
+
+def centre_of_mass(positions: np.ndarray, rotations: np.ndarray) -> np.ndarray:
+    """Return the body's centre of mass (..., 3) [m] from the 20 bodies' origins (..., 20, 3) and rotations (..., 20, 4)."""
+    centres = positions + rotate(rotations, np.broadcast_to(CENTRES, positions.shape))
+    return np.einsum("b,...bc->...c", MASSES / MASSES.sum(), centres)
+
+
+def lowest_points(positions: np.ndarray, rotations: np.ndarray) -> np.ndarray:
+    """Return the height (..., 20) [m] of the lowest point of each body's shape."""
+    heights = []
+    for index, body in enumerate(BODIES):
+        points = np.array(body.shape.points)
+        q = rotations[..., index, None, :]
+        world = rotate(np.broadcast_to(q, (*q.shape[:-2], len(points), 4)), np.broadcast_to(points, (*q.shape[:-2], len(points), 3)))
+        heights.append(positions[..., index, 2] + world[..., 2].min(axis=-1) - body.shape.radius)
+    return np.stack(heights, axis=-1)
+
+
+def sole_points(positions: np.ndarray, rotations: np.ndarray) -> np.ndarray:
+    """Return heel, ball and toe tip of the left and the right foot in the world [m], shape (..., 2, 3, 3).
+
+    Args:
+        positions: Origins of the 20 bodies [m], shape (..., 20, 3).
+        rotations: Of the 20 bodies in the world, wxyz, shape (..., 20, 4).
+    """
+    points = positions[..., SOLE_BODIES, :] + rotate(rotations[..., SOLE_BODIES, :], SOLES)
+    return points.reshape(*points.shape[:-2], 2, 3, 3)
+
+
+def support_steps(soles: np.ndarray) -> np.ndarray:
+    """Return how the point that carries each foot moves from frame to frame [m], shape (T - 1, ..., 3).
+
+    A rolling foot is carried by heel, ball and toe tip in turn: each counts by how near it is to the lowest. Upwards it is the
+    lowest point's height that counts.
+
+    Args:
+        soles: Sole points of feet [m], shape (T, ..., 3, 3).
+    """
+    lowest = soles[..., 2].min(axis=-1)
+    carries = np.exp(-(((soles[..., 2] - lowest[..., None]) / _ROLL) ** 2))
+    carries = (carries[1:] + carries[:-1])[..., None]
+    moved = carries * np.diff(soles, axis=0)
+    total = carries[..., 0, :] + carries[..., 1, :] + carries[..., 2, :]
+    horizontal = (moved[..., 0, :] + moved[..., 1, :] + moved[..., 2, :])[..., :2] / total
+    return np.concat([horizontal, np.diff(lowest, axis=0)[..., None]], axis=-1)
+
+
+def continuous(rotations: np.ndarray) -> np.ndarray:
+    """Return the same rotations (T, ..., 4) with signs that never flip from frame to frame."""
+    flips = np.where(np.sum(rotations[1:] * rotations[:-1], axis=-1) < 0, -1.0, 1.0)
+    return np.concat([rotations[:1], rotations[1:] * np.cumprod(flips, axis=0)[..., None]])
+
+
+def resample(motion: BodyMotion, fps: float) -> BodyMotion:
+    """Return the clip at another frame rate, along cubic splines.
+
+    Straight lines between the frames would give a 30 fps clip stairs for velocities and five times its jitter at 60.
+
+    Args:
+        motion: Clip at any rate.
+        fps: New rate [1/s].
+
+    Returns:
+        Clip at the new rate that starts at the same instant and ends at the last instant that both rates share.
+    """
+    frames = int(np.floor((len(motion) - 1) / motion.fps * fps + 1e-6)) + 1
+    return resample_to(motion, frames, fps)
+
+
+def resample_to(motion: BodyMotion, frames: int, fps: float) -> BodyMotion:
+    """Return ``frames`` frames of the clip at another rate, along cubic splines; its last pose again for instants after its end."""
+    if (motion.fps == fps or frames == 1) and frames == len(motion):
+        return replace(motion, fps=fps)
+    if len(motion) < 2:
+        still = np.repeat(motion.root_position, frames, axis=0), np.repeat(motion.local_rotations, frames, axis=0)
+        return replace(motion, root_position=still[0], local_rotations=still[1], fps=fps)
+    old = np.arange(len(motion)) / motion.fps
+    new = np.minimum(np.arange(frames) / fps, old[-1])
+    root = CubicSpline(old, motion.root_position)(new)
+    rotations = normalise(CubicSpline(old, continuous(motion.local_rotations))(new))
+    return replace(motion, root_position=root, local_rotations=rotations, fps=fps)

@@ -1,0 +1,21 @@
+"""Exchanges left and right of a clip: what a body can do to the left it can do to the right."""
+
+from dataclasses import replace
+
+from datasets.motion.clip import BodyMotion
+from datasets.motion.humanoid import NAMES
+
+# Of each body the one on the other side; bodies in the middle are their own.
+_PARTNERS = {"_l": "_r", "_r": "_l"}
+_OTHER_SIDE = [NAMES.index(name[:-2] + _PARTNERS.get(name[-2:], name[-2:])) for name in NAMES]
+
+
+def mirrored(motion: BodyMotion) -> BodyMotion:
+    """Return the clip seen in a mirror that stands along x: y becomes -y, and the sides of the body change places."""
+    # A mirror at y = 0 keeps turns about y and reverses those about x and z. At rest every body is its partner's mirror image.
+    return replace(
+        motion,
+        name=f"{motion.name}_mirrored",
+        root_position=motion.root_position * [1.0, -1.0, 1.0],
+        local_rotations=motion.local_rotations[:, _OTHER_SIDE] * [1.0, -1.0, 1.0, -1.0],
+    )

@@ -1,0 +1,56 @@
+"""A skeleton: names, parents and rest offsets of its joints, and its forward kinematics."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from datasets.motion.rotation import multiply, rotate
+
+
+@dataclass(frozen=True)
+class Skeleton:
+    """A tree of joints in which every parent stands before its children.
+
+    Attributes:
+        names: Joint names, J of them, unique.
+        parents: Index of each joint's parent, -1 for the root (always joint 0).
+        offsets: Position of each joint in its parent's frame at rest [m], shape (J, 3).
+    """
+
+    names: tuple[str, ...]
+    parents: tuple[int, ...]
+    offsets: np.ndarray
+
+    def __post_init__(self) -> None:
+        """Freeze the offsets and check the order of the tree."""
+        offsets = np.array(self.offsets, dtype=float)
+        offsets.setflags(write=False)
+        object.__setattr__(self, "offsets", offsets)
+        if self.parents[0] != -1 or any(not 0 <= p < j for j, p in enumerate(self.parents) if j):
+            raise ValueError("a skeleton lists its root first and every parent before its children")
+
+    def index(self, name: str) -> int:
+        """Return the index of the joint called ``name``."""
+        return self.names.index(name)
+
+    def children(self, joint: int) -> list[int]:
+        """Return the indices of the joints whose parent is ``joint``."""
+        return [j for j, p in enumerate(self.parents) if p == joint]
+
+
+def forward_kinematics(parents: tuple[int, ...], local_positions: np.ndarray, local_rotations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the global positions and rotations of every joint.
+
+    Args:
+        parents: Parent of each of the J joints, root first.
+        local_positions: In the parent's frame, the root's in the world [m], shape (..., J, 3).
+        local_rotations: Relative to the parent, the root's to the world, wxyz, shape (..., J, 4).
+
+    Returns:
+        Positions (..., J, 3) [m] and rotations (..., J, 4).
+    """
+    positions, rotations = [local_positions[..., 0, :]], [local_rotations[..., 0, :]]
+    for joint, parent in enumerate(parents[1:], start=1):
+        positions.append(positions[parent] + rotate(rotations[parent], local_positions[..., joint, :]))
+        rotations.append(multiply(rotations[parent], local_rotations[..., joint, :]))
+    return np.stack(positions, axis=-2), np.stack(rotations, axis=-2)

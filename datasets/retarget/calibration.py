@@ -1,0 +1,233 @@
+"""How a performer's joint frames lie in our bodies' frames: constant rotations, found from the rest pose and the motion.
+
+A rest pose cannot be trusted: some files splay its legs, others align each joint's x axis with its bone, so that no
+human stands like it. What can be read from the motion is therefore read from it.
+"""
+
+from dataclasses import dataclass
+from itertools import permutations, product
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from datasets.motion.humanoid import LEG_LENGTH
+from datasets.motion.kinematics import linear_velocity
+from datasets.motion.rotation import about_axis, conjugate, cross, multiply, rotate
+from datasets.motion.skeleton import forward_kinematics
+from datasets.retarget.performer_clip import Capture
+
+TORSO = ("pelvis", "spine", "chest", "head", "collar_l", "collar_r")
+# Joint, next joint, the one after, and the axis about which it bends at rest, (upper segment) x (lower segment)
+HINGED: dict[str, tuple[str, str, tuple[float, float, float]]] = {
+    "thigh_l": ("shin_l", "foot_l", (0.0, 1.0, 0.0)),
+    "thigh_r": ("shin_r", "foot_r", (0.0, 1.0, 0.0)),
+    "upper_arm_l": ("forearm_l", "hand_l", (0.0, 0.0, -1.0)),
+    "upper_arm_r": ("forearm_r", "hand_r", (0.0, 0.0, 1.0)),
+}
+BONES = {"thigh_l": (0, 0, -1.0), "thigh_r": (0, 0, -1.0), "upper_arm_l": (0, 1.0, 0), "upper_arm_r": (0, -1.0, 0)}  # at rest
+UPRIGHT_SHARE = 0.3  # of the frames, the most upright ones, that stand in for a rest pose
+PRIOR_WEIGHT = 0.02  # of the rest pose's hinge axis; a steady bend of 8 degrees weighs as much
+STANCE_SPEED = 0.25  # m/s
+STANCE_HEIGHT = 0.04  # m above the lower foot
+STANCE_SECONDS = 0.1  # fewer tell nothing of the sole
+MAX_SLOPE_DIFFERENCE = np.radians(15.0)  # of left and right foot; 10 is the most in 324 clips, 26 in the one on its toes
+MIN_TIP = 0.02  # m; a tip nearer than that to the ankle, seen from above, does not tell where the foot points
+SOLE_TILT = np.radians(20.0)  # a foot that stands at a greater angle to the usual stands on its toes or an edge
+_CUBE = np.array([
+    matrix for order in permutations(range(3)) for signs in product((1.0, -1.0), repeat=3)
+    if np.linalg.det(matrix := np.eye(3)[list(order)] * np.array(signs)[:, None]) > 0
+])  # the 24 rotations that carry axes onto axes  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Constant rotations of a clip.
+
+    Attributes:
+        frames: Body -> rotation from the body's frame to its joint's frame, wxyz, of torso, feet and toes.
+        axes: Body -> axis in its joint's frame about which the next joint bends, of thighs and upper arms.
+        rest_is_human: Whether the rest pose was usable.
+        stands: Frames in which the left and the right foot stand; they fixed the soles, shape (T, 2).
+    """
+
+    frames: dict[str, np.ndarray]
+    axes: dict[str, np.ndarray]
+    rest_is_human: bool
+    stands: np.ndarray
+
+
+@dataclass(frozen=True)
+class World:
+    """Poses in the world by body name: positions (T, 3) in our size [m] and rotations (T, 4), of bodies with a joint."""
+
+    positions: dict[str, np.ndarray]
+    rotations: dict[str, np.ndarray]
+
+
+def calibrate(capture: Capture, world: World, foot_tips: dict[str, np.ndarray]) -> Calibration:
+    """Return the constant rotations of a clip.
+
+    Args:
+        capture: The clip.
+        world: Its joints' poses in the world.
+        foot_tips: For "foot_l" and "foot_r" a point ahead of the ankle, in the ankle joint's frame [m], shape (3,).
+
+    Returns:
+        Rotations for all bodies whose joints the clip has.
+    """
+    rest = _rest_world(capture)
+    rest_is_human = _is_standing(rest)
+    reference = rest if rest_is_human else _upright_frames(world)
+    forward = _body_frame(reference)
+    frames = {body: _mean_relative(reference.rotations[body], forward) for body in TORSO if body in reference.rotations}
+    if not rest_is_human:
+        frames = {body: _snap(frame) for body, frame in frames.items()}
+    axes = {body: _bend_axis(body, world, reference, forward) for body in HINGED}
+    stands = np.stack([_stance(side, world, foot_tips[f"foot_{side}"], capture.motion.fps) for side in "lr"], axis=-1)
+    for side, standing in zip("lr", stands.T, strict=True):
+        enough = standing.sum() >= STANCE_SECONDS * capture.motion.fps
+        frames |= _sole(side, _frames(world, standing) if enough else reference, foot_tips[f"foot_{side}"])
+    return Calibration(_equal_slopes(frames, foot_tips), axes, rest_is_human, stands)
+
+
+def unit_vector(v: np.ndarray) -> np.ndarray:
+    """Return vectors (..., 3) of length one; zero stays zero."""
+    return v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-12)
+
+
+def from_axes(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Return the rotations (..., 4) that carry the world's axes onto the orthonormal ``x``, ``y``, ``z`` (..., 3)."""
+    matrices = np.stack([x, y, z], axis=-1)
+    return Rotation.from_matrix(matrices.reshape(-1, 3, 3)).as_quat(scalar_first=True).reshape(*x.shape[:-1], 4)
+
+
+def between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the smallest rotations (T, 4) that carry unit vectors ``a`` (T, 3) onto ``b`` (T, 3)."""
+    q = np.concat([1.0 + np.sum(a * b, axis=-1, keepdims=True), cross(a, b)], axis=-1)
+    opposite = q[:, 0] < 1e-9
+    q[opposite] = (0.0, 0.0, 0.0, 1.0)  # half a turn about the vertical: limbs at rest are across it or along it
+    return q / np.linalg.norm(q, axis=-1, keepdims=True)
+
+
+def _rest_world(capture: Capture) -> World:
+    """Return the rest pose as a clip of one frame."""
+    skeleton = capture.motion.skeleton
+    still = np.zeros((1, len(skeleton.names), 4))
+    still[..., 0] = 1.0
+    positions, rotations = forward_kinematics(skeleton.parents, skeleton.offsets[None], still)
+    roles = capture.roles.items()
+    return World({body: positions[:, joint] for body, joint in roles}, {body: rotations[:, joint] for body, joint in roles})
+
+
+def _lateral(world: World) -> np.ndarray:
+    """Return the vectors (T, 3) from the right hip to the left hip."""
+    return world.positions["thigh_l"] - world.positions["thigh_r"]
+
+
+def _is_standing(rest: World) -> bool:
+    """Return whether a pose of one frame is that of a standing human: feet below hips below head, left as right."""
+    at = {body: position[0] for body, position in rest.positions.items()}
+    hips, ankles = (0.5 * (at[f"{part}_l"] + at[f"{part}_r"]) for part in ("thigh", "foot"))
+    leg = np.linalg.norm(at["shin_l"] - at["thigh_l"]) + np.linalg.norm(at["foot_l"] - at["shin_l"])
+    lateral = at["thigh_l"] - at["thigh_r"]
+    arms = at["upper_arm_l"] - at["upper_arm_r"]
+    return bool(
+        hips[2] - ankles[2] > 0.8 * leg
+        and at["head"][2] - hips[2] > 0.4 * leg
+        and np.linalg.norm((ankles - hips)[:2]) < 0.2 * leg
+        and abs(lateral[2]) < 0.2 * np.linalg.norm(lateral)
+        and lateral @ arms > 0.9 * np.linalg.norm(lateral) * np.linalg.norm(arms)
+    )
+
+
+def _body_frame(world: World) -> np.ndarray:
+    """Return for each frame the rotation (T, 4) of an upright body whose left hip is to the left."""
+    y = _lateral(world) * (1.0, 1.0, 0.0)
+    y = unit_vector(y)
+    z = np.broadcast_to((0.0, 0.0, 1.0), y.shape)
+    return from_axes(cross(y, z), y, z)
+
+
+def _upright_frames(world: World) -> World:
+    """Return the clip's most upright frames: torso vertical, legs straight below the hips, pelvis level."""
+    at, lateral = world.positions, _lateral(world)
+    torso = unit_vector(at["head"] - at["pelvis"])[:, 2]
+    legs = np.minimum(at["thigh_l"][:, 2] - at["foot_l"][:, 2], at["thigh_r"][:, 2] - at["foot_r"][:, 2]) / LEG_LENGTH
+    score = torso + legs - np.abs(unit_vector(lateral)[:, 2])
+    return _frames(world, score >= np.quantile(score, 1.0 - UPRIGHT_SHARE))
+
+
+def _frames(world: World, chosen: np.ndarray) -> World:
+    """Return the frames that a mask (T,) chooses."""
+    return World({b: p[chosen] for b, p in world.positions.items()}, {b: r[chosen] for b, r in world.rotations.items()})
+
+
+def _mean_rotation(rotations: np.ndarray) -> np.ndarray:
+    """Return the mean (4,) of rotations (T, 4)."""
+    return Rotation.from_quat(rotations, scalar_first=True).mean().as_quat(scalar_first=True)
+
+
+def _mean_relative(frames: np.ndarray, of: np.ndarray) -> np.ndarray:
+    """Return the mean (4,) of the rotations ``of`` (T, 4) seen in ``frames`` (T, 4)."""
+    return _mean_rotation(multiply(conjugate(frames), of))
+
+
+def _snap(rotation: np.ndarray) -> np.ndarray:
+    """Return the nearest rotation that carries axes onto axes: a rig without a rest pose has its frames along the bones.
+
+    So a performer who stoops through the whole clip keeps his stoop.
+    """
+    matrix = Rotation.from_quat(rotation, scalar_first=True).as_matrix()
+    nearest = _CUBE[np.argmax(np.einsum("nij,ij->n", _CUBE, matrix))]
+    return Rotation.from_matrix(nearest).as_quat(scalar_first=True)
+
+
+def _bend_axis(body: str, world: World, reference: World, forward: np.ndarray) -> np.ndarray:
+    """Return the axis (3,) in the joint's frame about which the limb bends, each frame weighted by how far it is bent."""
+    middle, end, axis = HINGED[body]
+    bone = unit_vector(reference.positions[middle] - reference.positions[body])
+    turned = multiply(between(rotate(forward, np.broadcast_to(BONES[body], bone.shape)), bone), forward)
+    prior = rotate(conjugate(reference.rotations[body]), rotate(turned, np.broadcast_to(axis, bone.shape))).mean(axis=0)
+    upper = unit_vector(world.positions[middle] - world.positions[body])
+    bend = rotate(conjugate(world.rotations[body]), cross(upper, unit_vector(world.positions[end] - world.positions[middle])))
+    weighted = np.mean(np.linalg.norm(bend, axis=-1, keepdims=True) * bend, axis=0)
+    return unit_vector(weighted + PRIOR_WEIGHT * prior)
+
+
+def _sole(side: str, flat: World, tip: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the frames of one side's foot and toe from poses in which the sole is flat on average; ``tip`` is ahead."""
+    foot, toe = f"foot_{side}", f"toe_{side}"
+    q = flat.rotations[foot]
+    up = rotate(conjugate(q), np.broadcast_to((0.0, 0.0, 1.0), (len(q), 3)))
+    usual = unit_vector(np.median(up, axis=0))
+    near = up @ usual > np.cos(SOLE_TILT)
+    z = unit_vector(up[near].mean(axis=0)) if near.any() else usual
+    if np.linalg.norm(cross(tip, z)) < MIN_TIP:
+        tip = rotate(conjugate(q), rotate(_body_frame(flat), np.broadcast_to((1.0, 0.0, 0.0), up.shape))).mean(axis=0)
+    x = unit_vector(tip - (tip @ z) * z)
+    frames = {foot: from_axes(x, cross(z, x), z)}
+    if toe in flat.rotations:
+        ahead = rotate(multiply(q, np.broadcast_to(frames[foot], q.shape)), np.broadcast_to((1.0, 0.0, 0.0), up.shape))
+        x, z = unit_vector(ahead * (1.0, 1.0, 0.0)), np.broadcast_to((0.0, 0.0, 1.0), up.shape)
+        frames[toe] = _mean_relative(flat.rotations[toe], from_axes(x, cross(z, x), z))
+    return frames
+
+
+def _equal_slopes(frames: dict[str, np.ndarray], foot_tips: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the frames with the steeper foot as flat as the other if they differ much: then it only stood on its toes."""
+    tips = {foot: rotate(conjugate(frames[foot]), unit_vector(tip)) for foot, tip in foot_tips.items()}
+    slopes = {foot: float(np.arctan2(-tip[2], tip[0])) for foot, tip in tips.items()}
+    steep, flat = sorted(slopes, key=lambda foot: slopes[foot], reverse=True)
+    difference = slopes[steep] - slopes[flat]
+    if difference < MAX_SLOPE_DIFFERENCE:
+        return frames
+    return frames | {steep: multiply(frames[steep], about_axis(np.array([0.0, 1.0, 0.0]), np.array(difference)))}
+
+
+def _stance(side: str, world: World, tip: np.ndarray, fps: float) -> np.ndarray:
+    """Return the frames (T,) in which a foot is slow, heel and ball, and no higher than the other."""
+    ankle, q = world.positions[f"foot_{side}"], world.rotations[f"foot_{side}"]
+    ball = ankle + rotate(q, np.broadcast_to(tip, ankle.shape))
+    speed = np.maximum(*(np.linalg.norm(linear_velocity(point, fps), axis=-1) for point in (ankle, ball)))
+    lower = np.minimum(world.positions["foot_l"][:, 2], world.positions["foot_r"][:, 2])
+    return (speed < STANCE_SPEED) & (ankle[:, 2] < lower + STANCE_HEIGHT)

@@ -1,0 +1,76 @@
+"""New poses on a performer's own skeleton: joints turned in the world, hips moved, ankles put somewhere by the legs. J joints, T frames."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from configs.errors import InputError
+from datasets.ik.two_bone_ik import reach
+from datasets.motion.clip import Motion
+from datasets.motion.kinematics import joint_poses
+from datasets.motion.rotation import conjugate, multiply, rotate
+from datasets.retarget.joint_mapping import ancestors
+from datasets.retarget.performer_clip import Capture
+from datasets.retarget.retarget import Retargeted
+
+
+def turn_joints(motion: Motion, turned: dict[int, np.ndarray]) -> Motion:
+    """Return the clip with some joints turned otherwise in the world; all others keep their pose relative to their parents.
+
+    Args:
+        motion: The clip.
+        turned: Joint -> its new rotations in the world, wxyz, shape (T, 4).
+    """
+    parents, local = motion.skeleton.parents, motion.local_rotations.copy()
+    world: list[np.ndarray] = []
+    for joint, parent in enumerate(parents):
+        if joint not in turned:
+            world.append(multiply(world[parent], local[:, joint]) if parent >= 0 else local[:, joint])
+            continue
+        world.append(turned[joint])
+        local[:, joint] = multiply(conjugate(world[parent]), turned[joint]) if parent >= 0 else turned[joint]
+    return replace(motion, local_rotations=local)
+
+
+def move_hips(motion: Motion, capture: Capture, moved: np.ndarray) -> Motion:
+    """Return the clip with hips that are ``moved`` (T, 3) [m] in the world.
+
+    Of the hips and the joints above them, that one is moved whose position the recorded clip changes most.
+
+    Raises:
+        InputError: If the file has no position channels for any of them.
+    """
+    names, parents = motion.skeleton.names, motion.skeleton.parents
+    above = ancestors(capture.roles["pelvis"], parents)
+    able = [joint for joint in above if joint in capture.placed]
+    if not able:
+        raise InputError(
+            f"{motion.name}: neither '{names[above[0]]}' nor a joint above it has position channels, so that no place can be written; "
+            "export the clip with Xposition Yposition Zposition for its root"
+        )
+    carrier = max(able, key=lambda joint: float(np.ptp(capture.motion.local_positions[:, joint], axis=0).max()))
+    local = motion.local_positions.copy()
+    if parents[carrier] >= 0:
+        moved = rotate(conjugate(joint_poses(motion)[1][:, parents[carrier]]), moved)
+    local[:, carrier] += moved
+    return replace(motion, local_positions=local)
+
+
+def put_ankles(motion: Motion, retargeted: Retargeted, ankles: dict[str, np.ndarray]) -> Motion:
+    """Return the clip with ankles elsewhere, by thighs and knees alone: the hips stay, feet are turned in the world as before.
+
+    Args:
+        motion: Clip on the performer's skeleton.
+        retargeted: Which joints are legs, and how their knees bend.
+        ankles: "foot_l", "foot_r" -> positions in the performer's world [m], shape (T, 3); a leg too short stays short of them.
+    """
+    positions, rotations = joint_poses(motion)
+    roles, turned = retargeted.capture.roles, {}
+    for foot, target in ankles.items():
+        thigh, shin = (f"{limb}_{foot[-1]}" for limb in ("thigh", "shin"))
+        hip, knee, ankle = (positions[:, roles[body]] for body in (thigh, shin, foot))
+        axis = np.broadcast_to(retargeted.calibration.axes[thigh], hip.shape)
+        turns = reach(knee - hip, ankle - knee, target - hip, rotate(rotations[:, roles[thigh]], axis))
+        turned |= {roles[body]: multiply(turn, rotations[:, roles[body]]) for body, turn in zip((thigh, shin), turns, strict=True)}
+        turned[roles[foot]] = rotations[:, roles[foot]]
+    return turn_joints(motion, turned)

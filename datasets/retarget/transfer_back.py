@@ -1,0 +1,100 @@
+"""The way back from the 20 bodies: what changed on them is changed on the performer's own skeleton, and written into its BVH.
+
+Only changes are carried over. A clip that was not changed comes back as it was, with everything that the 20 bodies do not know:
+fingers, wrists, a twisted forearm, a spine of many joints.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from datasets.formats.bvh import Bvh, channel_values, local_pose
+from datasets.motion.clip import BodyMotion, Motion
+from datasets.motion.humanoid import NAMES
+from datasets.motion.kinematics import body_poses, joint_poses
+from datasets.motion.rotation import about_axis, angle, conjugate, multiply, rotate
+from datasets.retarget.performer_clip import AXES, Capture
+from datasets.retarget.pose_edits import move_hips, put_ankles, turn_joints
+from datasets.retarget.retarget import Retargeted
+
+DECIMALS = 6  # of written numbers [degrees, file unit]
+SAME_ANGLE, SAME_PLACE = 1e-6, 1e-7  # rad and m, within which channels keep the numbers that they had
+
+
+def transfer(retargeted: Retargeted, after: BodyMotion) -> Motion:
+    """Return on the performer's own skeleton what became of the retargeted clip.
+
+    Each joint that plays a body turns in the world as its body did; the others keep their pose relative to their parents. The
+    middle of the hips and the ankles move as they did on the 20 bodies, in the performer's size; the legs see to that.
+
+    Args:
+        retargeted: The clip as it was; what ``after`` has another root than it, from a root model too, counts as a change.
+        after: The same frames at the same rate. It is moved over the ground so that it begins where the clip did.
+
+    Raises:
+        InputError: If the file has no position channels for its root.
+        ValueError: If frames or rate differ.
+    """
+    before, motion, roles = retargeted.motion, retargeted.capture.motion, retargeted.capture.roles
+    if (len(after), after.fps) != (len(before), before.fps):
+        raise ValueError(f"{len(after)} frames at {after.fps:g} fps, should be {len(before)} at {before.fps:g} as in {before.name}")
+    shift = (after.root_position[0] - before.root_position[0]) * (1.0, 1.0, 0.0)
+    (new_places, new_turns), (places, turns) = body_poses(after), body_poses(before)
+    moved = retargeted.displacement(new_places - places - shift)
+    back = np.broadcast_to(about_axis(np.array([0.0, 0.0, 1.0]), np.array(retargeted.yaw)), turns.shape)
+    changes = multiply(multiply(back, multiply(new_turns, conjugate(turns))), conjugate(back))
+
+    def of(what: np.ndarray, body: str) -> np.ndarray:
+        return what[:, NAMES.index(body)]
+
+    positions, rotations = joint_poses(motion)
+    hips = 0.5 * (positions[:, roles["thigh_l"]] + positions[:, roles["thigh_r"]])
+    from_hips = positions[:, roles["pelvis"]] - hips
+    pelvis = 0.5 * (of(moved, "thigh_l") + of(moved, "thigh_r")) + rotate(of(changes, "pelvis"), from_hips) - from_hips
+    turned = {joint: multiply(of(changes, body), rotations[:, joint]) for body, joint in roles.items()}
+    ankles = {foot: positions[:, roles[foot]] + of(moved, foot) for foot in ("foot_l", "foot_r")}
+    return put_ankles(turn_joints(move_hips(motion, retargeted.capture, pelvis), turned), retargeted, ankles)
+
+
+def to_bvh(bvh: Bvh, capture: Capture, motion: Motion) -> Bvh:
+    """Return another performance as the file that the first was read from: everything but its numbers stays.
+
+    Places and turns that did not change keep their very numbers, and so do leading frames that belong to no motion.
+
+    Args:
+        bvh: The file.
+        capture: What was read from it.
+        motion: Same skeleton, same frames.
+
+    Raises:
+        ValueError: If frames or joints differ.
+    """
+    if motion.local_positions.shape != capture.motion.local_positions.shape:
+        raise ValueError(f"frames and joints are {motion.local_rotations.shape[:2]}, should be {capture.motion.local_rotations.shape[:2]}")
+    axes = AXES[capture.up]
+    positions, rotations = local_pose(bvh)
+    positions[capture.dropped :, :, axes] = motion.local_positions / capture.unit
+    rotations[capture.dropped :, :, [0, *(1 + axis for axis in axes)]] = motion.local_rotations
+    values = np.round(channel_values(bvh, positions, rotations), DECIMALS)
+    changed = np.zeros(values.shape, dtype=bool)
+    joints = np.repeat(np.arange(len(bvh.names)), [len(channels) for channels in bvh.channels])  # that each column belongs to
+    places = np.array([channel.endswith("position") for channels in bvh.channels for channel in channels])
+    moved = np.abs(motion.local_positions - capture.motion.local_positions).max(axis=-1) > SAME_PLACE
+    turned = angle(multiply(conjugate(capture.motion.local_rotations), motion.local_rotations)) > SAME_ANGLE
+    changed[capture.dropped :] = np.where(places, moved[:, joints], turned[:, joints])
+    return replace(bvh, values=np.where(changed, values, bvh.values))
+
+
+def from_bvh(bvh: Bvh, capture: Capture) -> Motion:
+    """Return what a file that ``to_bvh`` made says, as ``capture`` read the first: exactly what its channels could hold.
+
+    Args:
+        bvh: The file.
+        capture: What was read from the first.
+    """
+    axes, (positions, rotations) = AXES[capture.up], local_pose(bvh)
+    return replace(
+        capture.motion,
+        local_positions=capture.unit * positions[capture.dropped :, :, axes],
+        local_rotations=rotations[capture.dropped :, :, [0, *(1 + axis for axis in axes)]],
+    )

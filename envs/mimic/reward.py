@@ -1,0 +1,110 @@
+"""How well the reference is imitated: eq. 4.6 to 4.10 of the thesis; pure, batched, one function per term."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from datasets.library.motion_library import Observed, Reference, Rewarded
+from datasets.motion.body_state import BodyState
+from datasets.motion.humanoid import HEAD, SKELETON
+from datasets.motion.rotation import Array, Constant, namespace, skew
+from envs.mimic.spec import ALPHA_LOCAL, ALPHA_POSITION, ALPHA_VELOCITY, DISCOUNT_OFFSET, DISCOUNT_SLOPE
+
+_PARENTS = Constant([0, *SKELETON.parents[1:]])  # the pelvis counts as its own: it is left out afterwards
+_CROSS = Constant(skew(np.eye(3)).reshape(3, 9).T)  # from a vector to the matrix whose products are cross products with it, (9, 3)
+# From a body's origin to the face centres of its unit cube, as multiples of its axes, shape (6, 3) [m].
+_FACES = Constant(np.concat([0.5 * np.eye(3), -0.5 * np.eye(3)]))
+
+
+class Reward(NamedTuple):
+    """The terms of the reward, each of shape (N,) and at most 1; ``total`` is at most 3."""
+
+    local_pose: Array
+    position: Array
+    velocity: Array
+    discount: Array
+
+    @property
+    def total(self) -> Array:
+        """The reward of eq. 4.10."""
+        return self.discount * (self.local_pose + self.position + self.velocity)
+
+
+def reward(agent: BodyState, reference: Reference) -> Reward:
+    """Return every term of the reward of N worlds. Source: thesis, eq. 4.6 to 4.9.
+
+    The first three compare with the rewarded track, of which only the pose about the root counts. Being lost is about the
+    observed one: nobody can know how far that has drifted from the truth (ERRATA).
+    """
+    target = reference.rewarded
+    return Reward(local_pose(agent, target), position(agent, target), velocity(agent, target), discount(agent, reference.observed))
+
+
+def local_pose(agent: BodyState, target: Rewarded) -> Array:
+    """Return exp(-2.5 x mean angle [rad] between the 19 joints' local rotations), shape (N,). Source: eq. 4.6."""
+    xp = namespace(agent.rot)
+    rot = _by_entry(agent.rot)
+    # NumPy's indexing would give memory another order than what it is multiplied with.
+    parents = rot.take(_PARENTS.like(rot), axis=-1) if xp is np else rot[..., _PARENTS.like(rot)]
+    local = xp.einsum("ijnb,iknb->jknb", parents, rot)  # the parents' inverse times the bodies' rotations
+    error = local[..., 1:] - _by_entry(target.local_rot)
+    # Chord instead of trace: |A - B| = 2 sqrt(2) sin(angle / 2) stays exact for small angles in single precision.
+    half_sine = xp.sqrt(xp.einsum("jknb,jknb->nb", error, error) / 8.0)
+    half_angles = xp.arcsin(half_sine.clip(0.0, 1.0))
+    return xp.exp(-2.0 * ALPHA_LOCAL / error.shape[-1] * half_angles.sum(axis=-1))
+
+
+def position(agent: BodyState, target: Rewarded) -> Array:
+    """Return exp(-1.0 x mean over bodies of the six face centres' summed distances [m]), shape (N,).
+
+    Face centres stand at +-0.5 m along each body's axes and are taken from the root. Source: eq. 4.7.
+    """
+    error = _by_component(agent.pos) - _by_component(target.pos)
+    axes = _by_entry(agent.rot) - _by_entry(target.rot)
+    return namespace(error).exp(-ALPHA_POSITION * _six_faces(error - error[..., :1], axes))
+
+
+def velocity(agent: BodyState, target: Rewarded) -> Array:
+    """Return exp(-0.1 x mean over bodies of the six face centres' summed velocity errors [m/s]), shape (N,).
+
+    Velocities are those of the positions of eq. 4.7, hence relative to the root's. Source: eq. 4.8.
+    """
+    xp = namespace(agent.lin_vel)
+    error = _by_component(agent.lin_vel) - _by_component(target.lin_vel)
+    rot = _by_entry(agent.rot)
+    spin = (_CROSS.like(rot) @ _by_component(agent.ang_vel).reshape(3, -1)).reshape(rot.shape)
+    axes = xp.einsum("ijnb,jknb->iknb", spin, rot)  # how fast the tips of the unit axes move
+    axes -= _by_entry(target.axis_vel)
+    return xp.exp(-ALPHA_VELOCITY * _six_faces(error - error[..., :1], axes))
+
+
+def discount(agent: BodyState, target: Observed) -> Array:
+    """Return clamp(1.3 - 1.4 x distance [m] of the heads in the world, 0, 1), shape (N,). Source: eq. 4.9."""
+    xp = namespace(agent.pos)
+    error = agent.pos[:, HEAD] - target.pos[:, HEAD]
+    distance = xp.sqrt(xp.einsum("nc,nc->n", error, error))
+    return (DISCOUNT_OFFSET - DISCOUNT_SLOPE * distance).clip(0.0, 1.0)
+
+
+def _by_component(vectors: Array) -> Array:
+    """Return a view (3, N, B) of vectors (N, B, 3)."""
+    return vectors.swapaxes(0, 2).swapaxes(1, 2)
+
+
+def _by_entry(matrices: Array) -> Array:
+    """Return a view (3, 3, N, B) of matrices (N, B, 3, 3): long rows of worlds and bodies, where NumPy is quick."""
+    return matrices.swapaxes(0, 2).swapaxes(1, 3)
+
+
+def _six_faces(centre: Array, axes: Array) -> Array:
+    """Return, averaged over bodies, the summed norms of ``centre`` +- half of each axis, shape (N,).
+
+    Args:
+        centre: Difference of the origins, shape (3, N, 20).
+        axes: Difference of the unit axes, rows are components, shape (3, 3, N, 20).
+    """
+    xp = namespace(centre)
+    faces = _FACES.like(axes) @ axes.reshape(3, 3, -1)
+    faces += centre.reshape(3, 1, -1)
+    norms = xp.sqrt(xp.einsum("ifm,ifm->fm", faces, faces))
+    return norms.sum(axis=0).reshape(centre.shape[1:]).sum(axis=-1) / centre.shape[-1]

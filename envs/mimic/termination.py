@@ -1,0 +1,27 @@
+"""When an episode is over before its clip: the agent fell, or lost the reference; pure and batched."""
+
+import numpy as np
+
+from datasets.motion.body_state import BodyState
+from datasets.motion.humanoid import BODIES, SPINAL
+from datasets.motion.rotation import Array, Constant, namespace
+from envs.mimic.spec import DISCOUNT_THRESHOLD, FALLEN_BODIES, TOUCH_HEIGHT
+
+# Of the spinal bodies' shapes: ends (3, 2, 1, 4), a ball's one point counted twice, and the height of origins at which they touch (4,).
+_ENDS = Constant(np.array([(BODIES[b].shape.points * 2)[:2] for b in SPINAL]).T[:, :, None])
+_TOUCHING = Constant([BODIES[b].shape.radius + TOUCH_HEIGHT for b in SPINAL])
+
+
+def lost(discount: Array) -> Array:
+    """Return whether the head is too far from the reference's, shape (N,). Source: thesis, below eq. 4.10."""
+    return discount < DISCOUNT_THRESHOLD
+
+
+def fallen(agent: BodyState) -> Array:
+    """Return whether three or more of the four spinal bodies touch the ground, shape (N,). Source: thesis, below eq. 4.10."""
+    xp = namespace(agent.pos)
+    spinal = slice(SPINAL[0], SPINAL[-1] + 1)
+    up, ends = agent.rot[:, spinal, 2], _ENDS.like(agent.rot)
+    above = up[..., 0] * ends[0] + up[..., 1] * ends[1] + up[..., 2] * ends[2]  # (2, N, 4)
+    lowest = agent.pos[:, spinal, 2] + xp.minimum(above[0], above[1])
+    return (lowest < _TOUCHING.like(agent.pos)).sum(axis=-1) >= FALLEN_BODIES

@@ -1,0 +1,184 @@
+"""Builds the MuJoCo model of the humanoid on a flat floor: the 20 bodies of ``datasets.motion.humanoid``, with muscles."""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from datasets.motion.humanoid import BODIES, BODY_COUNT, FEET, HINGE_NAMES, HINGES, MASSES, NAMES, Body
+
+# Every number of the ground was chosen by `python -m eval.benchmark contact` (docs/contact.md).
+# The thesis's 1/120 s (Table 4.3) is for PhysX's rigid contacts. MuJoCo's are springs on the mass behind them: under a stiff motor a
+# foot of 0.7 kg chatters at 1/120 s, slides at 26 cm/s and sinks by 3 cm. Half the step again changes the slip by a fifth only.
+TIME_STEP = 1.0 / 240.0  # s
+# Contacts are as stiff as the step resolves: MuJoCo allows no less than 2 steps; what is softer slips and sinks more.
+CONTACT_TIME_CONSTANT = 2.1 * TIME_STEP  # s
+ARMATURE = 0.02  # kg m^2, rotor inertia that keeps light limbs stable under stiff gains
+FOOT_ARMATURE = 0.1  # kg m^2, of ankles and toes: the mass behind a contact that follows the motor's stiffness
+# Sliding, torsional, rolling. MuJoCo's cheap pyramid of friction has its edges at 1.5 and its sides at 1.06: about what a shoe has on a
+# floor of wood (1.0 to 1.2); with edges at 1 it would have 0.71 aslant. Friction is twice as stiff as the ground: less creeps under load.
+FRICTION = [1.5, 0.005, 0.0001]
+FRICTION_STIFFNESS = 2.0  # against the normal direction's
+JOINT_DAMPING = 0.5  # Nm s/rad, passive, beside the motors'
+
+
+@dataclass(frozen=True)
+class Drive:
+    """How strongly the hinges of a body are driven.
+
+    Attributes:
+        kp: Stiffness [Nm/rad], k_p of thesis eq. 4.1.
+        force_limit: Largest torque [Nm] on each hinge, damping aside.
+        armature: Rotor inertia [kg m^2] of each hinge.
+    """
+
+    kp: float
+    force_limit: float
+    armature: float = ARMATURE
+
+    @property
+    def kv(self) -> float:
+        """Damping [Nm s/rad], k_d of thesis eq. 4.1."""
+        return 0.05 * self.kp
+
+
+_DRIVES = {
+    "spine": Drive(600.0, 300.0),
+    "chest": Drive(600.0, 300.0),
+    "head": Drive(100.0, 60.0),
+    "collar": Drive(300.0, 150.0),
+    "upper_arm": Drive(300.0, 150.0),
+    "forearm": Drive(200.0, 100.0),
+    "thigh": Drive(500.0, 300.0),
+    "shin": Drive(500.0, 300.0),
+    "foot": Drive(300.0, 200.0, FOOT_ARMATURE),
+    "toe": Drive(60.0, 40.0, FOOT_ARMATURE),
+}
+
+
+def drive(body_name: str) -> Drive:
+    """Return the drive of a body that has hinges, the same left and right."""
+    return _DRIVES[body_name.removesuffix("_l").removesuffix("_r")]
+
+
+_SURFACE = {"friction": FRICTION, "solref": [CONTACT_TIME_CONSTANT, 1.0]}  # of the floor and of every body
+FOOT_BODIES = tuple(1 + body for side in FEET for body in side)  # numbers of feet and toes in the model, whose body 0 is the world
+HINGE_KP = np.array([drive(NAMES[body]).kp for body, _ in HINGES])  # (43,)
+HINGE_KV = np.array([drive(NAMES[body]).kv for body, _ in HINGES])  # (43,)
+
+
+def build_spec() -> mujoco.MjSpec:
+    """Return the editable description of floor, humanoid, motors and sensors.
+
+    Bodies and their one shape bear the names of ``datasets.motion.humanoid``; hinges and motors are called like
+    ``humanoid.HINGE_NAMES`` and stand in that order. Shapes that touch each other in the T-pose are neighbours and do not
+    collide; all others do.
+    """
+    spec = _bare_spec()
+    for first, second in _touching_at_rest(spec.compile()):
+        spec.add_exclude(bodyname1=first, bodyname2=second)
+    return spec
+
+
+def build_model() -> mujoco.MjModel:
+    """Return the compiled model: nq 50, nv 49, nu 43."""
+    return build_spec().compile()
+
+
+def _bare_spec() -> mujoco.MjSpec:
+    spec = mujoco.MjSpec()
+    spec.option.timestep = TIME_STEP
+    # Euler takes the joints' damping implicitly, which is where the motors' stands; implicitfast would do the same 4 % slower.
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
+    spec.option.impratio = FRICTION_STIFFNESS
+    # Few contacts, each on one leg: most of the Jacobian is empty, and one body is one island.
+    spec.option.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND
+    # A diverged world must be seen by us and end its episode, not be reset behind our back.
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    _add_floor(spec)
+    handles = [spec.worldbody]
+    for body in BODIES:
+        parent = handles[0] if body.parent is None else handles[1 + NAMES.index(body.parent)]
+        handles.append(_add_body(parent, body))
+    for (index, _), name in zip(HINGES, HINGE_NAMES, strict=True):
+        _add_motor(spec, name, drive(NAMES[index]))
+    _add_sensors(spec)
+    return spec
+
+
+def _add_floor(spec: mujoco.MjSpec) -> None:
+    """Add the ground, and the light and colours by which people see it."""
+    spec.add_texture(
+        name="ground",
+        type=mujoco.mjtTexture.mjTEXTURE_2D,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
+        width=256,
+        height=256,
+        rgb1=[0.86, 0.87, 0.89],
+        rgb2=[0.78, 0.80, 0.83],
+    )
+    ground = spec.add_material(name="ground", texrepeat=[1, 1], texuniform=True)
+    ground.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "ground"
+    spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1], material="ground", **_SURFACE)
+    spec.worldbody.add_light(pos=[0, 0, 6], dir=[0.2, 0.3, -1], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, diffuse=[0.6] * 3)
+
+
+def _add_body(parent: mujoco.MjsBody, body: Body) -> mujoco.MjsBody:
+    handle = parent.add_body(name=body.name, pos=list(body.offset))
+    if body.parent is None:
+        handle.add_freejoint(name="root")
+    for axis in body.hinges:
+        handle.add_joint(
+            name=f"{body.name}_{axis}",
+            type=mujoco.mjtJoint.mjJNT_HINGE,
+            axis=[float(axis == letter) for letter in "xyz"],
+            armature=drive(body.name).armature,
+            damping=[JOINT_DAMPING + drive(body.name).kv, 0, 0],
+        )
+    geom = {
+        "name": body.name,
+        "mass": float(MASSES[NAMES.index(body.name)]),
+        "rgba": [0.35, 0.60, 0.42, 1],
+    } | _SURFACE
+    points, radius = np.array(body.shape.points, float), body.shape.radius
+    if len(points) == 1:
+        handle.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, pos=points[0], size=[radius, 0, 0], **geom)
+    elif len(points) == 2:
+        handle.add_geom(type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=points.ravel(), size=[radius, 0, 0], **geom)
+    else:
+        low, high = points.min(axis=0), points.max(axis=0)
+        handle.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, pos=(low + high) / 2, size=(high - low) / 2, **geom)
+    return handle
+
+
+def _add_motor(spec: mujoco.MjSpec, name: str, muscle: Drive) -> None:
+    """Add the spring of a PD motor, torque = kp (ctrl - angle); its damping is the joint's, which no force limit takes away.
+
+    Together they are kp (ctrl - angle) - kv speed (thesis, eq. 4.1); the reference's speed is fed forward through ctrl.
+    """
+    motor = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+    motor.gaintype = mujoco.mjtGain.mjGAIN_FIXED
+    motor.biastype = mujoco.mjtBias.mjBIAS_AFFINE
+    motor.gainprm[0] = muscle.kp
+    motor.biasprm[1] = -muscle.kp
+    motor.forcelimited = True
+    motor.forcerange = [-muscle.force_limit, muscle.force_limit]
+
+
+def _add_sensors(spec: mujoco.MjSpec) -> None:
+    """Let the engine's threads measure what observations need: (20, 3) + (20, 3) + 3 + 3 numbers."""
+    for kind in (mujoco.mjtSensor.mjSENS_FRAMELINVEL, mujoco.mjtSensor.mjSENS_FRAMEANGVEL):
+        for name in NAMES:
+            spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_XBODY, objname=name)
+    for kind in (mujoco.mjtSensor.mjSENS_SUBTREECOM, mujoco.mjtSensor.mjSENS_SUBTREELINVEL):
+        spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_BODY, objname=NAMES[0])
+
+
+def _touching_at_rest(model: mujoco.MjModel, gap: float = 0.02) -> list[tuple[str, str]]:
+    """Return the pairs of bodies whose shapes come nearer than ``gap`` [m] in the T-pose."""
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    ids = range(1, BODY_COUNT + 1)  # of bodies and of their geoms: the floor's is 0, as the world's
+    near = [(a, b) for a in ids for b in ids if a < b and mujoco.mj_geomDistance(model, data, a, b, gap, None) < gap]
+    return [(NAMES[a - 1], NAMES[b - 1]) for a, b in near]

@@ -1,0 +1,119 @@
+"""How far the two backends are apart after one control step from the same states under the same actions, and why."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+import torch
+
+from datasets.library.motion_library import MotionLibrary
+from envs.mimic.spec import CONTROL_STEP, MimicSpec
+from envs.physics.protocol import engine_steps
+from envs.torch_env import AdaptMimicTorchEnv
+from envs.vector_env import AdaptMimicVectorEnv
+
+TOUCH = 1e-6  # m: distances within single precision of 0
+ALIKE, SUNK, TOUCHING = "alike", "sunk", "touching"
+KINDS = {
+    ALIKE: "neither of the below",
+    SUNK: "a box has corners of its upper half in the ground: MuJoCo takes the lower four, mujoco-warp all of them",
+    TOUCHING: f"something touches within {TOUCH * 1e6:g} um: in double precision or in single, not in both",
+}
+_CORNERS = np.stack(np.meshgrid(*[[-1.0, 1.0]] * 3), axis=-1).reshape(8, 3)
+
+
+class StepDifferences(NamedTuple):
+    """Of S single steps the differences of the backends, each of shape (S,).
+
+    Attributes:
+        kind: One of ``KINDS``, why they may differ.
+        observation: Largest difference of any number of the observation [m or m/s].
+        reward: Difference of the rewards.
+        ended: Whether one ends the episode as terminated or truncated, and the other not.
+    """
+
+    kind: np.ndarray
+    observation: np.ndarray
+    reward: np.ndarray
+    ended: np.ndarray
+
+    def of(self, kind: str) -> "StepDifferences":
+        """Return the steps of one kind."""
+        return StepDifferences(*(part[self.kind == kind] for part in self))
+
+
+def step_differences(
+    library: MotionLibrary,
+    spec: MimicSpec,
+    worlds: int,
+    steps: int,
+    device: torch.device,
+    after_step: Callable[[], None] = lambda: None,
+) -> StepDifferences:
+    """Return the differences after each of some steps of a random policy, before each of which both backends are put into one state.
+
+    Args:
+        library: Clips.
+        spec: Variant of the task.
+        worlds: Number of worlds.
+        steps: Number of steps.
+        device: Of the torch env.
+        after_step: Called after each.
+    """
+    ours, other = AdaptMimicVectorEnv(library, worlds, spec), AdaptMimicTorchEnv(library, worlds, spec, device)
+    cause, rng = _Cause(ours.physics.model), np.random.default_rng(0)
+    ours.reset(seed=0)
+    found = []
+    for _ in range(steps):
+        poses, speeds, _ = ours.physics.motion()
+        ours.physics.reset(np.arange(worlds), poses, speeds)  # without what the solver remembers
+        other.set_state(_state_of(ours, other))
+        actions = rng.uniform(-1.0, 1.0, (worlds, spec.action_size)).astype(np.float32)
+        seen, rewards, terminated, truncated, info = ours.step(actions)
+        _, other_rewards, *other_ends, other_info = other.step(torch.tensor(actions, device=device))
+        difference = np.abs(info.get("final_obs", seen) - other_info["final_obs"].cpu().numpy()).max(axis=1)
+        ends = [ours_end != other_end.cpu().numpy() for ours_end, other_end in zip((terminated, truncated), other_ends, strict=True)]
+        targets = other.physics.targets().cpu().numpy()  # the native env's worlds that ended have new ones
+        kinds = np.array([cause.of(*one) for one in zip(poses, speeds, targets, strict=True)])
+        found.append((kinds, difference, np.abs(rewards - other_rewards.cpu().numpy()), ends[0] | ends[1]))
+        after_step()
+    return StepDifferences(*(np.concat(part) for part in zip(*found, strict=True)))
+
+
+def _state_of(ours: AdaptMimicVectorEnv, other: AdaptMimicTorchEnv) -> dict[str, Any]:
+    """Return the native env's state, fresh of a physics' reset, as the torch env's."""
+    poses, speeds, _ = ours.physics.motion()
+    state, theirs = ours.get_state(), other.get_state()
+    own = {"random": theirs["random"]}  # of a generator of another kind
+    stillness = {name: np.zeros_like(part) for name, part in theirs.items() if name.startswith("physics/")}
+    shared = {name: state[name] for name in theirs if name in state}
+    return shared | own | stillness | {"physics/qpos": poses.astype(np.float32), "physics/qvel": speeds.astype(np.float32)}
+
+
+class _Cause:
+    """Goes through a control step engine step by engine step to see what the ground meets."""
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        self._model, self._data = model, mujoco.MjData(model)
+        self._boxes = np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_BOX)
+
+    def of(self, pose: np.ndarray, speed: np.ndarray, targets: np.ndarray) -> str:
+        """Return the kind of a step from a state under targets of the motors."""
+        mujoco.mj_resetData(self._model, self._data)
+        self._data.qpos[:], self._data.qvel[:], self._data.ctrl[:] = pose, speed, targets
+        nearest = np.inf
+        for _ in range(engine_steps(self._model, CONTROL_STEP)):
+            mujoco.mj_step1(self._model, self._data)
+            heights, upper = self._corners()
+            if (upper & (heights < 0.0)).any():
+                return SUNK
+            nearest = min(nearest, np.abs(heights).min(), np.abs(self._data.contact.dist).min(initial=np.inf))
+            mujoco.mj_step2(self._model, self._data)
+        return TOUCHING if nearest < TOUCH else ALIKE
+
+    def _corners(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the heights of all corners of boxes [m], and whether they are of its upper half, each (B, 8)."""
+        mats = self._data.geom_xmat[self._boxes].reshape(-1, 3, 3)
+        rise = np.einsum("bj,kj,bj->bk", mats[:, 2], _CORNERS, self._model.geom_size[self._boxes])
+        return self._data.geom_xpos[self._boxes, 2:] + rise, rise > 0.0

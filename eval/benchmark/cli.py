@@ -1,0 +1,84 @@
+"""Runs a speed benchmark with its peers and its limit in the same run: ``python -m eval.benchmark NAME [--json FILE]``."""
+
+import argparse
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import Progress
+
+from configs.command import exit_code_of
+from configs.errors import InputError
+from datasets.library.sources import SYNTHETIC
+from eval.benchmark.clean import benchmark_clean
+from eval.benchmark.contact import benchmark_contact
+from eval.benchmark.env import benchmark_env
+from eval.benchmark.learner import benchmark_learner
+from eval.benchmark.live import benchmark_live
+from eval.benchmark.root import benchmark_root
+from eval.benchmark.scale import benchmark_scale
+from eval.benchmark.timing.interleaved import Speed
+from eval.benchmark.train import benchmark_train
+from eval.benchmark.worlds import benchmark_worlds
+from eval.pages.output_files import write_whole
+
+BENCHMARKS: dict[str, Callable[[str, int, Callable[[], None]], Speed]] = {
+    "clean": benchmark_clean,
+    "contact": benchmark_contact,
+    "env": benchmark_env,
+    "learner": benchmark_learner,
+    "live": benchmark_live,
+    "root": benchmark_root,
+    "scale": benchmark_scale,
+    "train": benchmark_train,
+    "worlds": benchmark_worlds,
+}
+DRAWN = ("contact",)  # benchmarks that draw a picture
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line; return the exit code."""
+    parser = argparse.ArgumentParser(
+        prog="python -m eval.benchmark", description="Measure speed against peers and the limit of the machine."
+    )
+    parser.add_argument("name", choices=sorted(BENCHMARKS), help="which benchmark")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there as well")
+    parser.add_argument("--plot", type=Path, metavar="FILE", help=f"write a picture there, PNG ({', '.join(DRAWN)})")
+    parser.add_argument("--motions", default=SYNTHETIC, metavar="PATH", help="motion source (default: synthetic)")
+    parser.add_argument("--rounds", type=int, default=20, help="rounds of which medians are taken (default: 20)")
+    options = parser.parse_args(arguments)
+    return exit_code_of(lambda: _run(options))
+
+
+def _run(options: argparse.Namespace) -> None:
+    _check(options)
+    speed = _measure(options)
+    Console().print(speed.table(), *speed.notes)
+    if options.json:
+        write_whole(options.json, json.dumps(speed.summary(), indent=2) + "\n")
+    if options.plot:
+        write_whole(options.plot, speed.picture)
+
+
+def _check(options: argparse.Namespace) -> None:
+    """Raise what is wrong before a minute is spent."""
+    if options.rounds < 1:
+        raise InputError(f"--rounds is {options.rounds}, should be 1 or more")
+    if options.plot and options.name not in DRAWN:
+        raise InputError(f"--plot {options.plot}: the benchmark {options.name} draws nothing, {', '.join(DRAWN)} does")
+    for option, file in (("--json", options.json), ("--plot", options.plot)):
+        if file and not file.absolute().parent.is_dir():
+            raise InputError(f"{option} {file}: there is no folder {file.absolute().parent}")
+
+
+def _measure(options: argparse.Namespace) -> Speed:
+    """Run the benchmark with a bar of its rounds on standard error."""
+    with Progress(console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task(f"benchmark {options.name}", total=options.rounds + 1)
+        return BENCHMARKS[options.name](options.motions, options.rounds, lambda: progress.advance(task))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,179 @@
+"""What every contact of feet and floor does while the humanoid performs a clip: load, slip, depth, and the energy that it takes."""
+
+from typing import NamedTuple, Self
+
+import mujoco
+import numpy as np
+from gymnasium.vector import AutoresetMode
+
+from datasets.library.motion_library import MotionLibrary
+from envs.mimic.episode_metrics import body_error
+from envs.mimic.spec import CONTROL_STEP, MimicSpec
+from envs.physics.humanoid_mjcf import FOOT_BODIES
+from envs.physics.mujoco_cpu import CpuPhysics
+from envs.vector_env import AdaptMimicVectorEnv
+from trainers.evaluation.protocol import Act
+
+SLIPS = 0.1  # m/s, from which on a contact is said to slip
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+
+
+class Contacts(NamedTuple):
+    """C contacts of feet with the floor, each in one engine step of one world.
+
+    Attributes:
+        world: Index of the world, shape (C,).
+        load: Force along the floor's normal [N], shape (C,).
+        slip: Horizontal speed of the contact point of the foot [m/s], shape (C,).
+        depth: Of the point in the floor [m], shape (C,).
+        power: That the contact takes from the body, force against speed [W], shape (C,).
+    """
+
+    world: np.ndarray
+    load: np.ndarray
+    slip: np.ndarray
+    depth: np.ndarray
+    power: np.ndarray
+
+    @classmethod
+    def of(cls, model: mujoco.MjModel, data: mujoco.MjData, world: int = 0) -> Self:
+        """Return the contacts of one world that bear load, from data that ``mj_forward`` has filled."""
+        rows, wrench = [], np.zeros(6)
+        for index, bodies in enumerate(model.geom_bodyid[data.contact.geom].reshape(-1, 2)):
+            body = int(bodies.max())
+            if bodies.min() != 0 or body not in FOOT_BODIES:
+                continue
+            mujoco.mj_contactForce(model, data, index, wrench)
+            if wrench[0] > 0.0:
+                force = data.contact.frame[index].reshape(3, 3).T @ wrench[:3] * (1.0 if bodies[0] == 0 else -1.0)  # on the foot
+                arm = data.contact.pos[index] - data.subtree_com[model.body_rootid[body]]
+                speed = data.cvel[body, 3:] + np.cross(data.cvel[body, :3], arm)
+                rows.append((world, wrench[0], np.hypot(*speed[:2]), -data.contact.dist[index], -force @ speed))
+        return cls(*np.array(rows, dtype=float).reshape(-1, 5).T)
+
+
+class GroundContact(NamedTuple):
+    """How feet and floor met, over all contacts or those of some worlds, weighed by their loads.
+
+    Attributes:
+        slip: Mean horizontal speed of the contact points [cm/s].
+        slipping: Share of the load at points quicker than ``SLIPS``.
+        depth: Mean depth [mm].
+        depth_p99: 99th percentile of the contacts' depths, not weighed [mm].
+        noise: Of the feet's speeds what reverses from engine step to engine step, mean over feet, toes and steps [cm/s].
+        power: That contacts take from the body, mean over time [W].
+        contacts: That bear load, mean over time.
+        body_error: Mean distance of the 20 bodies from the reference, roots aligned (METRICS) [mm].
+        lasted: Share of the clips that was performed.
+    """
+
+    slip: float
+    slipping: float
+    depth: float
+    depth_p99: float
+    noise: float
+    power: float
+    contacts: float
+    body_error: float
+    lasted: float
+
+
+class ContactPhysics(CpuPhysics):
+    """Physics that looks at every contact of feet and floor at the beginning of every engine step.
+
+    Attributes:
+        watched: Worlds that are looked at, shape (N,).
+        seen: What was found until now, by engine step and world.
+        foot_speeds: Velocities of feet and toes at each engine step [m/s], not a number in worlds that are not watched, each (N, 4, 3).
+    """
+
+    def __init__(self, worlds: int, threads: int, model: mujoco.MjModel) -> None:
+        """Build the simulations of a model, all of them watched."""
+        super().__init__(worlds, threads, model)
+        self._data = mujoco.MjData(self.model)
+        self.watched = np.ones(worlds, dtype=bool)
+        self.seen: list[Contacts] = []
+        self.foot_speeds: list[np.ndarray] = []
+
+    def _advance(self) -> None:
+        for _ in range(self.steps):
+            speeds, velocity = np.full((len(self.watched), len(FOOT_BODIES), 3), np.nan), np.zeros(6)
+            for world in np.flatnonzero(self.watched):
+                mujoco.mj_setState(self.model, self._data, self._batch.state[world], _STATE)
+                mujoco.mj_forward(self.model, self._data)
+                self.seen.append(Contacts.of(self.model, self._data, int(world)))
+                for place, body in enumerate(FOOT_BODIES):
+                    mujoco.mj_objectVelocity(self.model, self._data, mujoco.mjtObj.mjOBJ_BODY, body, velocity, 0)
+                    speeds[world, place] = velocity[3:]
+            self.foot_speeds.append(speeds)
+            self._batch.step(nstep=1)
+
+
+class Watched(NamedTuple):
+    """Clips that were performed, one in each of N worlds, for up to one episode.
+
+    Attributes:
+        contacts: Of all worlds.
+        foot_speeds: Of feet and toes at each engine step, not a number after a world's end [m/s], shape (K, N, 4, 3).
+        error: Mean distance of the bodies at each control step, not a number after a world's end [m], shape (S, N).
+        steps: Control steps that each world could have lasted, shape (N,).
+        time_step: Of the engine [s].
+    """
+
+    contacts: Contacts
+    foot_speeds: np.ndarray
+    error: np.ndarray
+    steps: np.ndarray
+    time_step: float
+
+
+def watch(model: mujoco.MjModel, library: MotionLibrary, spec: MimicSpec, act: Act, root_force: float = 0.0) -> Watched:
+    """Perform each clip from its first frame on until its episode ends, and note every contact.
+
+    Args:
+        model: A variant of ``envs.physics.humanoid_mjcf.build_model``'s.
+        library: Clips, with feed-forward angles where the task wants them.
+        spec: Variant of the task.
+        act: The policy.
+        root_force: Largest force [body weights] that leads the root along the reference.
+    """
+    count = len(library.clips)
+    env = AdaptMimicVectorEnv(library, count, spec, 1, AutoresetMode.DISABLED, physics=lambda n, threads: ContactPhysics(n, threads, model))
+    physics = env.physics
+    assert isinstance(physics, ContactPhysics)
+    env.assist = root_force
+    observation, _ = env.reset(options={"clip": np.arange(count), "frame": np.zeros(count, dtype=int)})
+    errors = []
+    while physics.watched.any():
+        observation, _, terminated, truncated, _ = env.step(act(observation))
+        off = body_error(physics.bodies(), env.library.at(env.rows).observed)
+        errors.append(np.where(physics.watched, off, np.nan))
+        physics.watched &= ~(terminated | truncated)
+    contacts = Contacts(*(np.concat(parts) for parts in zip(*physics.seen, strict=True)))
+    return Watched(contacts, np.array(physics.foot_speeds), np.array(errors), env.episode_steps, model.opt.timestep)
+
+
+def measure(watched: Watched, worlds: np.ndarray) -> GroundContact:
+    """Return how feet and floor met in some worlds, given by their indices (n,)."""
+    chosen = np.isin(watched.contacts.world, worlds)
+    _, load, slip, depth, power = (part[chosen] for part in watched.contacts)
+    lived = np.isfinite(watched.error[:, worlds])
+    seconds = CONTROL_STEP * lived.sum()
+    whole = load.sum() if load.any() else 1.0
+    return GroundContact(
+        slip=100.0 * float(slip @ load) / whole,
+        slipping=float(load[slip > SLIPS].sum()) / whole,
+        depth=1e3 * float(depth @ load) / whole,
+        depth_p99=1e3 * float(np.percentile(depth, 99.0)) if len(depth) else 0.0,
+        noise=100.0 * reversing(watched.foot_speeds[:, worlds]),
+        power=float(power.sum()) * watched.time_step / seconds,
+        contacts=len(load) * watched.time_step / seconds,
+        body_error=1e3 * float(np.nanmean(watched.error[:, worlds])),
+        lasted=float(lived.sum()) / float(watched.steps[worlds].sum()),
+    )
+
+
+def reversing(speeds: np.ndarray) -> float:
+    """Return how much of velocities (K, ..., 3) reverses from step to step: the mean length of (a - 2 b + c) / 4 of three in a row."""
+    alternating = (speeds[:-2] - 2.0 * speeds[1:-1] + speeds[2:]) / 4.0
+    return float(np.nanmean(np.linalg.norm(alternating, axis=-1)))

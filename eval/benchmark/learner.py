@@ -1,0 +1,107 @@
+"""How quick one update of PPO is: against its own matrix products, and against the same update by other libraries."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from importlib.util import find_spec
+
+import numpy as np
+import torch
+
+from agents.policy.mlp import ONEDNN
+from configs.load import CONFIGS, load_config
+from datasets.library.motion_library import MotionLibrary
+from envs.gym_env import motion_library
+from eval.benchmark.peers.matmul_limit import MatrixProducts, by_mkl
+from eval.benchmark.peers.ppo_updates import PeerData, RslLearner, Sb3Learner, peer_data
+from eval.benchmark.timing.interleaved import Contender, Speed, interleave
+from trainers.algorithms.ppo_config import PpoConfig
+from trainers.algorithms.ppo_learner import PpoLearner
+from trainers.algorithms.rollout import Rollout
+from trainers.collectors.cpu_collector import RolloutActor
+
+OURS, LIMIT, MKL = "ours", "its matrix products", "its matrix products, torch.mm"
+# By name of the row: the module without which it is left out, the class, and what differs.
+PEERS = {
+    "Stable-Baselines3": ("stable_baselines3", Sb3Learner, "PPO.train; observations come normalised, advantages are by minibatch"),
+    "rsl_rl": ("rsl_rl", RslLearner, "PPO.update; observations come normalised, one order for all epochs, clips two norms"),
+}
+
+
+def benchmark_learner(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> Speed:
+    """Return the rates of one update of ``configs/mixed.yaml``'s network on one rollout, ours and others'.
+
+    Args:
+        motions: Motion source that the rollout follows.
+        rounds: How many rounds are kept; a round takes about four seconds.
+        after_round: Called after each round.
+    """
+    config = load_config(PpoConfig, CONFIGS / "mixed.yaml", ["learner.target_kl=0", "collect.actors=0", "device=cpu"])  # the same for all
+    return measure_learner(config, motion_library(motions), rounds, after_round)
+
+
+def measure_learner(config: PpoConfig, library: MotionLibrary, rounds: int, after_round: Callable[[], None] = lambda: None) -> Speed:
+    """Return the same of a config and a library."""
+    threads = torch.get_num_threads()
+    try:
+        learner = PpoLearner(config, library)
+        rollout, last_observations = collect(config, library, learner)
+        torch.set_num_threads(config.learner.threads)  # of all
+        products = MatrixProducts(config)
+        peers, missing = _peers(config, learner, peer_data(learner, rollout, last_observations))
+        contenders = [_ours(learner, rollout), *_limits(config, products), *peers]
+        rates = interleave(contenders, rounds, after_round)
+    finally:
+        torch.set_num_threads(threads)
+    per_sample = products.flops / rollout.samples
+    return Speed(
+        "learner",
+        "samples/s",
+        contenders,
+        rates,
+        OURS,
+        [peer.name for peer in peers],
+        details={"gflops": {name: float(np.median(rate)) * per_sample / 1e9 for name, rate in rates.items()}},
+        notes=[f"{name} is not installed and left out: pip install '.[benchmark]'" for name in missing],
+    )
+
+
+def _ours(learner: PpoLearner, rollout: Rollout) -> Contender:
+    begin = learner.get_state()
+
+    def run() -> float:
+        learner.update([rollout], 0.0)
+        return float(rollout.samples)
+
+    return Contender(OURS, "PpoLearner.update, observations as collected", run, lambda: learner.set_state(begin), LIMIT)
+
+
+def _limits(config: PpoConfig, products: MatrixProducts) -> list[Contender]:
+    """Return the products in the quickest way, and as PyTorch makes them by default where that is another."""
+    if not ONEDNN:
+        return [Contender(LIMIT, "alone, by torch.mm", products.run)]
+    return [
+        Contender(LIMIT, "alone, by oneDNN: the quickest way that was found", products.run),
+        Contender(MKL, "alone, as PyTorch multiplies by default", MatrixProducts(config, by_mkl).run),
+    ]
+
+
+def _peers(config: PpoConfig, learner: PpoLearner, data: PeerData) -> tuple[list[Contender], list[str]]:
+    """Return the peers that are installed, and the names of those that are not."""
+    contenders, missing = [], []
+    for name, (module, build, what) in PEERS.items():
+        if find_spec(module) is None:
+            missing.append(name)
+            continue
+        peer = build(config, learner, data)
+        contenders.append(Contender(name, what, peer.run, peer.prepare))
+    return contenders, missing
+
+
+def collect(config: PpoConfig, library: MotionLibrary, learner: PpoLearner) -> tuple[Rollout, np.ndarray]:
+    """Return a rollout of the learner's policy, and the observations (N, O) after it, which rollouts do not hold."""
+    steps = config.collect.horizon
+    longer = replace(config, collect=replace(config.collect, horizon=steps + 1))
+    actor = RolloutActor(longer, 0, 0, library.clips, library.arrays(), library.fps, np.ones(len(library.clips)))
+    found = actor.collect(learner.weights(), config.learner.sigma, 0.0)
+    by_step = ("observations", "actions", "means", "log_probs", "values", "rewards", "terminated", "truncated", "next_values")
+    return found._replace(**{name: getattr(found, name)[:steps] for name in by_step}), found.observations[steps]

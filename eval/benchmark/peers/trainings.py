@@ -1,0 +1,199 @@
+"""Trainings that are compared, each an iteration at a time: ours, Stable-Baselines3's PPO, and the least that any of them has to do."""
+
+import math
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from dataclasses import asdict, dataclass
+from typing import Any, Protocol
+
+import numpy as np
+import torch
+
+from datasets.library.motion_library import MotionLibrary
+from eval.benchmark.env import BareBatch, Tape
+from eval.benchmark.peers.matmul_limit import MatrixProducts
+from trainers.algorithms.ppo_config import PpoConfig
+from trainers.algorithms.ppo_learner import PpoLearner
+from trainers.collectors.cpu_collector import RolloutActor
+from trainers.collectors.local_pool import RolloutPool
+from trainers.distributed.remote_learner import Learner
+from trainers.evaluation.protocol import Act, play, protocol
+from trainers.ppo.workers import crew
+
+THREADS = 2
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is trained.
+
+    Attributes:
+        config: Task, network, and all settings of PPO.
+        library: Clips.
+    """
+
+    config: PpoConfig
+    library: MotionLibrary
+
+    @property
+    def batch(self) -> int:
+        """Samples of an iteration."""
+        collect = self.config.collect
+        return max(collect.actors, 1) * collect.envs * collect.horizon
+
+    @property
+    def weights(self) -> np.ndarray:
+        """How often each clip is drawn, shape (clips,)."""
+        return np.full(len(self.library.clips), 1.0 / len(self.library.clips))
+
+
+class Iterated(Protocol):
+    """What can be timed."""
+
+    def iterate(self) -> int:
+        """Collect a batch and learn from it; return its samples."""
+        ...
+
+
+class Training(Iterated, Protocol):
+    """What learns."""
+
+    task: Task
+
+    def act(self, observation: np.ndarray) -> np.ndarray:
+        """Return the deterministic policy's actions (N, A) for observations (N, O)."""
+        ...
+
+
+def iterate(one: Iterated) -> int:
+    """Let it collect and learn once; return its samples."""
+    return one.iterate()
+
+
+def length_ratio(training: Training) -> float:
+    """Return the episode-length ratio of a training's deterministic policy, over the starts of the evaluation protocol."""
+    return ratio_of(training.act, training.task)
+
+
+def ratio_of(act: Act, task: Task) -> float:
+    """Return the episode-length ratio of a policy."""
+    found = play(act, task.library, task.config.task, protocol(task.library)[0], THREADS)
+    return float(found["episode_length_ratio"].mean())
+
+
+class OurTraining:
+    """This project's trainer."""
+
+    def __init__(self, task: Task, learner: Learner, pool: RolloutPool) -> None:
+        """Put learner and collectors together."""
+        self.task, self._learner, self._pool = task, learner, pool
+
+    def iterate(self) -> int:
+        """Collect and learn; return the samples."""
+        collected = self._pool.collect(self._learner.weights(), self.task.config.learner.sigma)
+        self._learner.update(collected.rollouts, 0.0)
+        return collected.samples
+
+    def act(self, observation: np.ndarray) -> np.ndarray:
+        """Return the mean actions."""
+        return self._learner.policy.act(observation)
+
+
+@contextmanager
+def our_training(task: Task) -> Iterator[OurTraining]:
+    """Build our training, with the collectors that its config asks for."""
+    with crew(task.config, task.library, task.weights) as (learner, pool):
+        yield OurTraining(task, learner, pool)
+
+
+@dataclass(frozen=True)
+class PeerEnvs:
+    """How Stable-Baselines3 runs its envs.
+
+    Attributes:
+        kind: Name of its class of vector env.
+        count: How many envs.
+    """
+
+    kind: str
+    count: int
+
+    def __str__(self) -> str:
+        """Return both."""
+        return f"{self.kind} {self.count}"
+
+
+class PeerTraining:
+    """PPO of Stable-Baselines3 on our single env."""
+
+    def __init__(self, task: Task, model: Any) -> None:
+        """Take a model whose envs are in a ``VecNormalize``."""
+        self.task, self._model = task, model
+
+    def iterate(self) -> int:
+        """Collect and learn; return the samples."""
+        before = self._model.num_timesteps
+        self._model.learn(self.task.batch, reset_num_timesteps=False, log_interval=None)
+        return self._model.num_timesteps - before
+
+    def act(self, observation: np.ndarray) -> np.ndarray:
+        """Return the mean actions."""
+        return self._model.predict(self._model.get_vec_normalize_env().normalize_obs(observation), deterministic=True)[0]
+
+
+@contextmanager
+def peer_training(task: Task, envs: PeerEnvs) -> Iterator[PeerTraining]:
+    """Build PPO of Stable-Baselines3 as its users do, with our settings; what we have no word for stays at its default."""
+    from stable_baselines3 import PPO
+    from stable_baselines3.common import vec_env
+    from stable_baselines3.common.env_util import make_vec_env
+
+    config, ppo = task.config, task.config.learner
+    torch.set_num_threads(ppo.threads)
+    kwargs = {"motions": task.library, **asdict(config.task)}
+    many = make_vec_env("envs:AdaptMimic-v0", envs.count, config.seed, vec_env_cls=getattr(vec_env, envs.kind), env_kwargs=kwargs)
+    with closing(vec_env.VecNormalize(many, gamma=ppo.gamma)) as normalised:
+        model = PPO(
+            "MlpPolicy",
+            normalised,
+            learning_rate=ppo.learning_rate,
+            n_steps=task.batch // envs.count,
+            batch_size=ppo.minibatch,
+            n_epochs=ppo.epochs,
+            gamma=ppo.gamma,
+            gae_lambda=ppo.gae_lambda,
+            clip_range=ppo.clip,
+            target_kl=ppo.target_kl or None,
+            policy_kwargs={"net_arch": list(config.network.hidden), "log_std_init": math.log(ppo.sigma)},
+            seed=config.seed,
+            device="cpu",
+        )
+        yield PeerTraining(task, model)
+
+
+class BareTraining:
+    """The least there is to do: MuJoCo stepping through a rollout that was collected before, and the matrix products of its update."""
+
+    def __init__(self, task: Task) -> None:
+        """Collect the rollout."""
+        config = task.config
+        collector = RolloutActor(config, 0, 0, task.library.clips, task.library.arrays(), task.library.fps, task.weights)
+        state, tape = collector.get_state(), Tape(config.collect.envs, config.collect.threads)
+        collector.env.physics = tape
+        collector.set_state(state)
+        tape.rewind()
+        learner = PpoLearner(config, task.library)
+        collector.collect(learner.weights(), config.learner.sigma, 0.0)
+        self._bare, self._products = BareBatch(tape, config.collect.envs, config.collect.threads), MatrixProducts(config)
+
+    def iterate(self) -> int:
+        """Step and multiply; return the samples."""
+        self._bare.prepare()
+        self._products.run()
+        return self._bare.run()
+
+
+@contextmanager
+def bare_training(task: Task) -> Iterator[BareTraining]:
+    """Build the least there is to do."""
+    yield BareTraining(task)

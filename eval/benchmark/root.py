@@ -1,0 +1,180 @@
+"""How quick root models are, frame by frame and on whole clips: against their bare networks and against plainer ways to a root.
+
+The models are built as ``configs/`` says and not trained: speed does not depend on what weights are. Everything runs on one
+thread. A performance at 100 Hz is followed in real time at 100 frames/s.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import repeat
+
+import numpy as np
+import torch
+
+from agents.root.model import RootModel
+from agents.root.networks.root3d_unet import Root3dUnet
+from agents.root.numpy_inference import unrolled
+from agents.root.path import BATCH, FULL_ORDER, check_length, weighted_step
+from agents.root.reconstruct import reconstruct_root
+from agents.root.stream import RootStream
+from agents.root.windows import window_features
+from configs import load
+from datasets.cleanup.anti_skate import AntiSkate, relative_soles
+from datasets.imu.free_acceleration import accelerations_from_pose
+from datasets.imu.root_features import RATE, RootFrames, root_frames
+from datasets.imu.suit_simulation import track_root
+from datasets.library.sources import load_clips
+from datasets.motion.clip import BodyMotion
+from datasets.motion.kinematics import resample
+from eval.benchmark.timing.interleaved import Contender, Speed, interleave, torch_threads
+from trainers.supervised.root_config import RootConfig
+
+OURS = "Root3D stream"
+PEERS = ("Root3D in plain PyTorch", "foot contacts")
+
+
+@dataclass(frozen=True)
+class Task:
+    """What all contenders work on.
+
+    Attributes:
+        clip: At 100 Hz.
+        accelerations: Of its sensors [m/s^2], shape (N, 19, 3).
+        frames: How many of its frames are streamed in a round; whole clips are taken whole.
+    """
+
+    clip: BodyMotion
+    accelerations: np.ndarray
+    frames: int
+
+
+def benchmark_root(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> Speed:
+    """Return the rates of Root3D and of the planar model beside their limits and peers.
+
+    Args:
+        motions: Motion source, of whose clips the longest is taken.
+        rounds: How many rounds are kept; a round takes about two seconds.
+        after_round: Called after each round.
+    """
+    clip = resample(max(load_clips(motions), key=lambda clip: clip.seconds), RATE)
+    return measure_root(Task(clip, accelerations_from_pose(clip), min(200, len(clip))), rounds, after_round)
+
+
+def measure_root(task: Task, rounds: int, after_round: Callable[[], None] = lambda: None) -> Speed:
+    """Return the same of a task.
+
+    Raises:
+        InputError: If it is shorter than a window.
+    """
+    root3d, planar = _untrained("root3d"), _untrained("planar")
+    check_length(planar.spec, task.frames)
+    contenders = [
+        *_streams(root3d, planar, task),
+        *_whole_clips("Root3D", root3d, task),
+        *_whole_clips("planar", planar, task),
+        Contender(PEERS[0], "a frame a call: root_frames of the last 8, PyTorch's module, the filter", _plainly(root3d, task)),
+        Contender(PEERS[1], "imu_fusion.track_root: standing feet and the pelvis' acceleration, whole clip", _by_contacts(task)),
+    ]
+    with torch_threads(1):
+        rates = interleave(contenders, rounds, after_round)
+    return Speed("root", "frames/s", contenders, rates, OURS, PEERS)
+
+
+def _untrained(name: str) -> RootModel:
+    """Return a model of the kind that ``configs/<name>.yaml`` trains."""
+    spec = load.load_config(RootConfig, load.CONFIGS / f"{name}.yaml").model
+    return RootModel(spec).eval()
+
+
+def _streams(root3d: RootModel, planar: RootModel, task: Task) -> list[Contender]:
+    """Return both models frame by frame, and their networks alone on as many windows."""
+    alone, planar_alone = "Root3D network, unrolled", "planar network, a window a call"
+    windows = _windows(root3d, task.clip, task.accelerations).numpy()[: task.frames]
+    real_time = f"ours, a frame a call, all that reconstruct_root does; real time is {RATE:g}"
+    return [
+        Contender(OURS, real_time, _streaming(root3d, task), limit=alone),
+        Contender(alone, "its matrices alone, a window a call", _one_by_one(root3d, windows)),
+        Contender("planar stream", real_time, _streaming(planar, task), limit=planar_alone),
+        Contender(planar_alone, "PyTorch's module alone", _module_alone(planar, task, 1, task.frames)),
+    ]
+
+
+def _whole_clips(name: str, model: RootModel, task: Task) -> list[Contender]:
+    """Return a model on the whole clip, and its network alone on all windows."""
+    limit = f"{name} network, in batches"
+
+    def run() -> int:
+        reconstruct_root(model, task.clip, task.accelerations if model.spec.accelerations else None)
+        return len(task.clip)
+
+    return [
+        Contender(f"{name}, whole clip", f"ours, reconstruct_root; real time is {RATE:g}", run, limit=limit),
+        Contender(limit, f"PyTorch's module alone on all windows, {BATCH} at a time", _module_alone(model, task, BATCH, len(task.clip))),
+    ]
+
+
+def _streaming(model: RootModel, task: Task) -> Callable[[], int]:
+    """Return a block that pushes the frames through a stream."""
+    stream = RootStream(model)
+    accelerations = task.accelerations if model.spec.accelerations else repeat(None)
+
+    def run() -> int:
+        for rotations, measured in zip(task.clip.local_rotations[: task.frames], accelerations, strict=False):
+            stream.push(rotations, measured)
+        stream.finish()
+        return task.frames
+
+    return run
+
+
+def _one_by_one(model: RootModel, windows: np.ndarray) -> Callable[[], int]:
+    """Return a block that puts normalised windows (B, 8, F) through Root3D's network without PyTorch."""
+    assert isinstance(model.network, Root3dUnet)
+    network = unrolled(model.network)
+
+    def run() -> int:
+        for window in windows:
+            network(window)
+        return len(windows)
+
+    return run
+
+
+def _module_alone(model: RootModel, task: Task, batch: int, count: int) -> Callable[[], int]:
+    """Return a block that puts ``count`` windows of a clip through a network, ``batch`` at a time."""
+    batches = _windows(model, task.clip, task.accelerations)[:count].split(batch)
+
+    @torch.inference_mode()
+    def run() -> int:
+        return sum(len(model.network(windows)) for windows in batches)
+
+    return run
+
+
+def _plainly(model: RootModel, task: Task) -> Callable[[], int]:
+    """Return a block that reads Root3D's path frame by frame with the tools of whole clips."""
+    window = model.spec.window
+
+    def run() -> int:
+        filter_ = AntiSkate(RATE, np.zeros(3), relative_soles(task.clip.local_rotations[0]))
+        for first in range(task.frames - window + 1):
+            path = model(_windows(model, task.clip.cut(first, first + window), task.accelerations[first : first + window]))[0]
+            filter_.step(weighted_step(path.numpy(), FULL_ORDER), relative_soles(task.clip.local_rotations[first + 1]))
+        return task.frames - window + 1
+
+    return run
+
+
+def _by_contacts(task: Task) -> Callable[[], int]:
+    """Return a block that finds the path as a suit's software does."""
+
+    def run() -> int:
+        return len(track_root(task.clip.local_rotations, task.accelerations[:, 0], 1.0))
+
+    return run
+
+
+def _windows(model: RootModel, clip: BodyMotion, accelerations: np.ndarray) -> torch.Tensor:
+    """Return the features (B, W, F) of all windows of a clip."""
+    frames = RootFrames(*(torch.from_numpy(part) for part in root_frames(clip, accelerations)))
+    return window_features(model.spec, frames, torch.arange(len(clip) - model.spec.window + 1))

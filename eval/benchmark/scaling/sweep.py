@@ -1,0 +1,166 @@
+"""From how many cores on a training on a cluster gains little from more of them, and what holds it: simulated sizes, side by side."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from eval.benchmark.scaling.cluster_simulation import Cluster, Costs, Job, Outcome, simulate
+
+CORES = (*(2**power for power in range(1, 14)), 10_000)
+THREADS = 2  # of an actor, as in configs/mixed.yaml
+WORLDS, HORIZON = 256, 32  # of an actor, as in configs/mixed.yaml
+USEFUL_BATCH = 65_536  # samples of an iteration in the thesis (Table 4.3); here twice as many cost a third of each sample's worth
+SHORTEST = 16  # steps of a rollout in the thesis; shorter ones bootstrap nearly every sample from the value
+GROWING, FIXED = "growing", "fixed"  # batches
+READINGS = {
+    GROWING: f"each actor brings {WORLDS} worlds x {HORIZON} steps, however many there are",
+    FIXED: f"{USEFUL_BATCH:,} samples shared among the actors: shorter rollouts first, to {SHORTEST} steps, then fewer worlds",
+}
+WORTHWHILE = 1.2  # times the speed that twice the cores should bring
+SEED = 0
+
+
+@dataclass(frozen=True)
+class Learner:
+    """A machine that updates the policy.
+
+    Attributes:
+        name: Short.
+        why: Where its rate comes from.
+        times: How many times as quick as the measured one.
+        rate: Instead, samples a second if not 0.
+    """
+
+    name: str
+    why: str
+    times: float = 1.0
+    rate: float = 0.0
+
+    def samples_per_second(self, measured: float) -> float:
+        """Return its rate, all passes over a sample included, where the measured learner has the given one."""
+        return self.rate or self.times * measured
+
+
+MEASURED = Learner("two cores", "measured in this run")
+LEARNERS = (
+    MEASURED,
+    Learner("64 cores", "assumed: 32 times as many at an efficiency of 25 %", times=8.0),
+    Learner("GPU", "assumed: 2 ms to launch the kernels of a minibatch of 2,048, four passes", rate=2_048 / (4 * 2e-3)),
+)
+
+
+@dataclass(frozen=True)
+class Row:
+    """A training on so many cores, simulated in both ways."""
+
+    reading: str
+    learner: Learner
+    cores: int
+    synchronous: Outcome
+    overlapped: Outcome
+
+    @property
+    def useful(self) -> float:
+        """Overlapped samples per second, by their worth."""
+        return self.overlapped.samples_per_second * worth(self.overlapped.batch)
+
+
+def worth(batch: float) -> float:
+    """Return how much of a step's progress a sample buys in a batch, against one in a tiny batch.
+
+    A training that needs E samples in tiny batches needs E (1 + B/B_crit) in batches of B (McCandlish et al. 2018, eq. 2.11).
+
+    Args:
+        batch: Samples of an iteration.
+    """
+    return 1.0 / (1.0 + batch / USEFUL_BATCH)
+
+
+def job(reading: str, cores: int, overlapped: bool) -> Job:
+    """Return how a training uses so many cores."""
+    actors = max(cores // THREADS, 1)
+    if reading == GROWING:
+        return Job(actors, THREADS, WORLDS, HORIZON, overlapped)
+    share = -(-USEFUL_BATCH // actors)
+    horizon = max(-(-share // WORLDS), SHORTEST)
+    return Job(actors, THREADS, max(round(share / horizon), 1), horizon, overlapped)
+
+
+def run(reading: str, learner: Learner, cores: int, overlapped: bool, costs: Costs, cluster: Cluster) -> Outcome:
+    """Return the outcome of one simulated training."""
+    served = replace(costs, learner_rate=learner.samples_per_second(costs.learner_rate))
+    return simulate(served, cluster, job(reading, cores, overlapped), np.random.default_rng(SEED))
+
+
+def study(costs: Costs, cluster: Cluster) -> list[Row]:
+    """Return every reading, learner and size, in this order."""
+    return [
+        Row(reading, learner, cores, *(run(reading, learner, cores, overlapped, costs, cluster) for overlapped in (False, True)))
+        for reading in READINGS
+        for learner in LEARNERS
+        for cores in CORES
+    ]
+
+
+def of(rows: Sequence[Row], reading: str, learner: Learner) -> list[Row]:
+    """Return the sizes of a reading and a learner, smallest first."""
+    return [row for row in rows if row.reading == reading and row.learner == learner]
+
+
+def where_it_stops(rows: Sequence[Row], rates: Sequence[float]) -> int:
+    """Return the index of the first size at which twice the cores bring less than ``WORTHWHILE``; of the largest if there is none.
+
+    Args:
+        rows: Of one reading and learner, smallest first.
+        rates: Of each; a step that is no doubling is judged by what it would bring if it were one.
+    """
+    doublings = np.diff(np.log2([row.cores for row in rows]))
+    gains = (np.array(rates[1:]) / np.array(rates[:-1])) ** (1.0 / doublings)
+    return int(np.append(gains < WORTHWHILE, True).argmax())
+
+
+def stop(rows: Sequence[Row]) -> tuple[Row, str]:
+    """Return where scaling stops paying by samples per second, overlapped, and what most of the next size's time goes to."""
+    index = where_it_stops(rows, [row.overlapped.samples_per_second for row in rows])
+    return rows[index], rows[index + 1].overlapped.binding if index + 1 < len(rows) else "nothing yet"
+
+
+def useful_stop(rows: Sequence[Row]) -> Row:
+    """Return where it stops paying by useful samples per second."""
+    return rows[where_it_stops(rows, [row.useful for row in rows])]
+
+
+def summary(rows: Sequence[Row], core_rate: float) -> dict[str, Any]:
+    """Return everything as JSON values; ``core_rate`` is what one core collects [samples/s]."""
+    found: dict[str, Any] = {reading: {} for reading in READINGS}
+    for reading in READINGS:
+        for learner in LEARNERS:
+            sizes = of(rows, reading, learner)
+            row, why = stop(sizes)
+            found[reading][learner.name] = {
+                "stops_paying_at_cores": row.cores,
+                "why": why,
+                "useful_samples_stop_at_cores": useful_stop(sizes).cores,
+                "sizes": [_values(size, core_rate) for size in sizes],
+            }
+    return found
+
+
+def _values(row: Row, core_rate: float) -> dict[str, Any]:
+    ways = {"synchronous": row.synchronous, "overlapped": row.overlapped}
+    linear = core_rate * row.cores
+    return {
+        "cores": row.cores,
+        "useful_samples_per_second": row.useful,
+        **{
+            name: {
+                **asdict(made),
+                "of_linear": made.samples_per_second / linear,
+                "learner_idle": made.learner_idle,
+                "binding": made.binding,
+            }
+            for name, made in ways.items()
+        },
+    }

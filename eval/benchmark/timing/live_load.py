@@ -1,0 +1,80 @@
+"""A live service in a process of its own, and users who send their frames to it all at once: what benchmarks ask it with."""
+
+import asyncio
+import json
+import multiprocessing
+import socket
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+import torch
+
+from agents.lobstr.model import LobstrModel
+from eval.live.protocol import HOST, VERSION, Codec
+from eval.live.rate_limit import Limits
+from eval.live.server import LiveServer
+from eval.live.solver import LiveBodies
+
+UNLIMITED = Limits(idle=1e9, behind=10**9, flood=1e9)  # who measures sends as quickly as frames are answered, or pauses
+SECONDS = 60.0  # that a service has to start, and for an answer
+
+
+@contextmanager
+def service(model: Path, users: int) -> Iterator[int]:
+    """Run a service for so many users in another process; yields its port.
+
+    Args:
+        model: File of the network.
+        users: How many places it has.
+    """
+    ours, its = multiprocessing.get_context("spawn").Pipe()
+    process = multiprocessing.get_context("spawn").Process(target=_serve, args=(model, users, its), daemon=True)
+    process.start()
+    its.close()
+    try:
+        if not ours.poll(SECONDS):
+            raise TimeoutError(f"the service did not start within {SECONDS:g} s")
+        yield ours.recv()
+    finally:
+        ours.close()  # which tells it to stop
+        process.join(SECONDS)
+
+
+class InStep:
+    """Users on real sockets who all send a frame, and all wait for their answers."""
+
+    def __init__(self, port: int, users: int, codec: Codec) -> None:
+        """Connect and say hello."""
+        self._open = ExitStack()
+        self._sockets = [self._open.enter_context(socket.create_connection((HOST, port), SECONDS)) for _ in range(users)]
+        self._files = [self._open.enter_context(one.makefile("rb")) for one in self._sockets]
+        for one in self._sockets:
+            one.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self.tick([json.dumps({"lobstr": VERSION, "axes": codec.axes}).encode() + b"\n"] * users)
+
+    def tick(self, lines: Sequence[bytes]) -> list[bytes]:
+        """Send a line of each user and return the answers."""
+        for one, line in zip(self._sockets, lines, strict=True):
+            one.sendall(line)
+        return [file.readline() for file in self._files]
+
+    def close(self) -> None:
+        """Hang up."""
+        self._open.close()
+
+
+def _serve(model: Path, users: int, pipe: Connection) -> None:
+    """Serve until the other end of the pipe is closed."""
+    torch.set_num_threads(1)
+    asyncio.run(_until_closed(LiveServer(LiveBodies(LobstrModel.load(model)[0], users), tell=lambda _: None, limits=UNLIMITED), pipe))
+
+
+async def _until_closed(server: LiveServer, pipe: Connection) -> None:
+    over = asyncio.Event()
+    pipe.send(await server.start(HOST, 0))
+    asyncio.get_running_loop().add_reader(pipe.fileno(), over.set)
+    await over.wait()
+    asyncio.get_running_loop().remove_reader(pipe.fileno())
+    await server.stop()

@@ -1,0 +1,97 @@
+"""Trainings in processes of their own, which do what they are told and can stand still in between, so that they can be timed in turns."""
+
+import multiprocessing
+import os
+from collections.abc import Callable
+from contextlib import AbstractContextManager, suppress
+from multiprocessing.connection import Connection
+from signal import SIGCONT, SIGSTOP
+from typing import Any, Generic, Self, TypeVar
+
+from eval.benchmark.timing.process_tree import memory_of, tell_family, wake_when_parent_dies
+
+Held = TypeVar("Held")
+Answer = TypeVar("Answer")
+SAMPLING = 0.05  # s between looks at the memory
+
+
+class TrainingProcess(Generic[Held]):
+    """Whatever ``make`` makes, held in another process. Use as a context."""
+
+    def __init__(self, name: str, make: Callable[[], AbstractContextManager[Held]]) -> None:
+        """Start the process.
+
+        Args:
+            name: For errors.
+            make: Called over there, so it is a function of a module, or a partial of one.
+        """
+        spawn = multiprocessing.get_context("spawn")
+        self.name = name
+        self._pipe, its = spawn.Pipe()
+        self._process = spawn.Process(target=_serve, args=(make, its), name=name)  # no daemon: it may have processes of its own
+        self._process.start()
+        its.close()
+
+    def call(self, task: Callable[[Held], Answer]) -> Answer:
+        """Return what ``task`` returns over there; it, too, is a function of a module or a partial of one.
+
+        Raises:
+            RuntimeError: If the process has died; what it said of that went to standard error.
+        """
+        self._tell(task)
+        return self._answer()
+
+    def peak_memory(self, task: Callable[[Held], Any]) -> int:
+        """Return how much memory the process and those below it hold at most while they do ``task`` [bytes]."""
+        self._tell(task)
+        peak = 0
+        while not self._pipe.poll(SAMPLING):
+            peak = max(peak, memory_of(self._id))
+        self._answer()
+        return max(peak, memory_of(self._id))
+
+    def pause(self) -> None:
+        """Let the process and all below it stand still; whoever calls it must have them go on first."""
+        tell_family(self._id, SIGSTOP)
+
+    def go_on(self) -> None:
+        """Let them go on."""
+        tell_family(self._id, SIGCONT)
+
+    @property
+    def _id(self) -> int:
+        assert self._process.pid is not None  # it was started
+        return self._process.pid
+
+    def _tell(self, task: Callable[[Held], Any]) -> None:
+        with suppress(BrokenPipeError):  # said better by who waits for the answer
+            self._pipe.send(task)
+
+    def _answer(self) -> Any:
+        try:
+            return self._pipe.recv()
+        except (EOFError, ConnectionResetError):
+            raise RuntimeError(f"the process of {self.name} ended by itself") from None
+
+    def __enter__(self) -> Self:
+        """Return the process."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Tell it to end, and wait until it has."""
+        self.go_on()
+        self._pipe.close()
+        self._process.join()
+
+
+def _serve(make: Callable[[], AbstractContextManager[Any]], pipe: Connection) -> None:
+    """Do what is asked until the other end of the pipe is closed."""
+    wake_when_parent_dies()
+    with suppress(KeyboardInterrupt), make() as held:
+        while True:
+            try:
+                task = pipe.recv()
+                pipe.send(task(held))
+            except (EOFError, BrokenPipeError):
+                tell_family(os.getpid(), SIGCONT)  # should whoever paused them be gone
+                return

@@ -1,0 +1,55 @@
+"""What memory the env of a GPU takes, by number of worlds."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import torch
+from rich.table import Table
+
+from datasets.library.motion_library import MotionLibrary
+from envs.torch_env import AdaptMimicTorchEnv
+from eval.benchmark.timing.device_memory import release, taken
+
+SEED = 0
+MIB, KIB = 2**20, 2**10
+
+
+def metered_envs(library: MotionLibrary, counts: Sequence[int], device: torch.device) -> tuple[list[AdaptMimicTorchEnv], dict[int, float]]:
+    """Return envs of so many worlds, and what memory each takes, by its worlds [MiB]."""
+    _stepped_env(library, 1, device)  # what is loaded once and for all is no world's
+    envs, memory = [], {}
+    for worlds in counts:
+        release(device)
+        before = taken(device)
+        envs.append(_stepped_env(library, worlds, device))
+        memory[worlds] = (taken(device) - before) / MIB
+    return envs, memory
+
+
+def memory_table(memory: Mapping[int, float]) -> Table:
+    """Return what envs take, for people.
+
+    Args:
+        memory: Of the env of so many worlds [MiB], ascending.
+    """
+    table = Table(title="memory of a torch env", caption="MiB: with its copy of the motions\nKiB a world: of those more than above")
+    for column in ("worlds", "MiB", "KiB a world"):
+        table.add_column(column, justify="right", min_width=12)
+    each = ["", *(f"{size:,.0f}" for size in world_memory(memory))]
+    for (worlds, size), of_world in zip(memory.items(), each, strict=True):
+        table.add_row(f"{worlds:,}", f"{size:,.1f}", of_world)
+    return table
+
+
+def world_memory(memory: Mapping[int, float]) -> list[float]:
+    """Return what one more world costs from each size to the next [KiB]; the argument is that of ``memory_table``."""
+    worlds, sizes = np.array(list(memory)), np.array(list(memory.values()))
+    return (np.diff(sizes) * (MIB / KIB) / np.diff(worlds)).tolist()
+
+
+def _stepped_env(library: MotionLibrary, worlds: int, device: torch.device) -> AdaptMimicTorchEnv:
+    """Return an env that has taken a step, and with it the memory that steps need."""
+    env = AdaptMimicTorchEnv(library, worlds, device=device)
+    env.reset(seed=SEED)
+    env.step(torch.zeros((worlds, env.task.action_size), device=device))
+    return env

@@ -1,0 +1,135 @@
+"""Serves full bodies to head, hand and pelvis trackers: ``python -m eval.live [--record DIR]``; the protocol is in docs/live.md."""
+
+import argparse
+import asyncio
+import gc
+import os
+import signal
+import sys
+from pathlib import Path
+from typing import Any
+
+import torch
+from rich.console import Console
+from rich.markup import escape
+
+from agents.lobstr.model import LobstrModel
+from agents.weights.pretrained import SHIPPED_LOBSTR
+from configs.command import exit_code_of
+from configs.errors import InputError, require
+from eval.live.messages import Bodies
+from eval.live.page import LivePage
+from eval.live.protocol import HOST, PORT
+from eval.live.recorder import MINUTES, Recorder
+from eval.live.server import LiveServer
+from eval.live.solver import LiveBodies
+from eval.live.status_line import StatusLine, summary
+from trainers.runs.run_log import make_console
+
+PAGE_PORT = 4546
+USERS = 20
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line; return the exit code."""
+    made = argparse.ArgumentParser(prog="python -m eval.live", description="Full bodies for head, hand and pelvis trackers, live.")
+    made.add_argument("--host", default=HOST, help=f"address to listen on (default: {HOST}, this machine alone: there is no password)")
+    made.add_argument("--port", type=int, default=PORT, help=f"port to listen on, 0 for any that is free (default: {PORT})")
+    made.add_argument(
+        "--page-port", type=int, default=PAGE_PORT, help=f"port of the browser page on this machine, 0 for no page (default: {PAGE_PORT})"
+    )
+    made.add_argument("--users", type=int, default=USERS, help=f"how many may be there at once (default: {USERS})")
+    made.add_argument("--record", type=Path, metavar="DIR", help="save what is live there as BVH")
+    made.add_argument("--minutes", type=float, default=MINUTES, help=f"of a recording, then another begins (default: {MINUTES:g})")
+    made.add_argument("--model", type=Path, metavar="FILE", default=SHIPPED_LOBSTR, help="another network than the package's")
+    options = made.parse_args(arguments)
+    return exit_code_of(lambda: _run(options))
+
+
+def _run(options: argparse.Namespace) -> None:
+    _check(options)
+    torch.set_num_threads(1)  # a frame is too small to be shared: threads that wait for each other are late
+    bodies = LiveBodies(LobstrModel.load(options.model)[0], options.users)
+    asyncio.run(serve(bodies, options, make_console()))
+
+
+def _check(options: argparse.Namespace) -> None:
+    """Raise what is wrong before anything is loaded."""
+    for name in ("port", "page_port"):
+        value = getattr(options, name)
+        require(0 <= value < 65536, f"--{name.replace('_', '-')}", value, "a port, 0 to 65535")
+    require(1 <= options.users <= 1000, "--users", options.users, "1 to 1000")
+    require(0.0 < options.minutes <= 600.0, "--minutes", options.minutes, "more than 0 and at most 600")
+
+
+async def serve(bodies: Bodies, options: argparse.Namespace, console: Console) -> None:
+    """Serve until SIGINT or SIGTERM, then save what is being recorded.
+
+    Args:
+        bodies: The solver.
+        options: ``host``, ``port``, ``page_port``, ``record`` and ``minutes`` of the command line.
+        console: Where people read what happens.
+
+    Raises:
+        InputError: If a port cannot be had or the folder cannot be written to.
+    """
+    loop, stop, faults = asyncio.get_running_loop(), asyncio.Event(), []
+
+    def tell(text: str) -> None:
+        console.print(escape(text))
+
+    def fault(_: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        """End at a fault of the program, but save what was recorded; what the system refuses, such as one socket more, is none."""
+        error = context.get("exception") or RuntimeError(context["message"])
+        if isinstance(error, OSError):
+            tell(f"{context['message']}: {_reason(error)}")
+            return
+        faults.append(error)
+        stop.set()
+
+    server = LiveServer(bodies, Recorder(options.record, tell, options.minutes) if options.record else None, tell)
+    page = LivePage(server.seen) if options.page_port else None
+    status = StatusLine(server, console)
+    try:
+        await _listen(server, page, options, tell)
+        loop.set_exception_handler(fault)
+        for number in (signal.SIGINT, signal.SIGTERM):
+            loop.add_signal_handler(number, stop.set)
+        gc.collect()
+        gc.freeze()  # what is loaded stays: looking through it again would hold a frame up
+        with status:
+            await stop.wait()
+    finally:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            loop.remove_signal_handler(number)
+        if page:
+            await page.stop()
+        await server.stop()
+    tell(summary(server))
+    if faults:
+        raise faults[0]
+
+
+async def _listen(server: LiveServer, page: LivePage | None, options: argparse.Namespace, tell: Any) -> None:
+    """Open the ports and say where."""
+    try:
+        port = await server.start(options.host, options.port)
+    except OSError as error:
+        raise InputError(f"--host {options.host} --port {options.port}: {_reason(error)}; choose others, 0 takes any free port") from error
+    tell(f"trackers: {options.host} port {port} (TCP, a JSON object a line, docs/live.md); Ctrl-C stops")
+    if page:
+        try:
+            tell(f"page: http://{HOST}:{await page.start(options.page_port)}/")
+        except OSError as error:
+            raise InputError(f"--page-port {options.page_port}: {_reason(error)}; choose another, 0 is for no page") from error
+        server.after_batch = page.show
+    tell(f"no hardware at hand? python -m eval.live_replay CLIP.bvh --port {port}")
+
+
+def _reason(error: OSError) -> str:
+    """Return what the system says; asyncio puts more words around it."""
+    return os.strerror(error.errno) if error.errno and error.errno > 0 else str(error.strerror)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,180 @@
+"""The live service's page for browsers on this machine: one page and one stream of events, nothing else is served."""
+
+import asyncio
+import json
+import secrets
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+
+from datasets.motion.humanoid import BODIES, NAMES
+from datasets.trackers.trackers import RATE
+from eval.live.messages import Seen
+from eval.live.protocol import HOST
+
+PATIENCE = 5.0  # s that a browser has to ask
+HEARTBEAT = 1.0  # s after which an event is sent though nobody moved
+VIEWERS = 8
+CONNECTIONS = 64  # at once, browsers that watch included
+MAX_REQUEST = 16 * 1024  # bytes
+_REASONS = {200: "OK", 400: "Bad Request", 403: "Forbidden", 404: "Not Found", 405: "Method Not Allowed", 503: "Service Unavailable"}
+
+
+class LivePage:
+    """Shows the users' last frames; a browser that is slow misses frames, and nothing waits for it."""
+
+    def __init__(self, seen: Mapping[int, Seen]) -> None:
+        """Show what is ``seen`` of users, by number, which changes while the page is up."""
+        self._seen = seen
+        self._viewers: dict[asyncio.StreamWriter, float] = {}  # and when they last had read everything, on the loop's clock
+        self._open = 0
+        self._news = asyncio.Event()
+        self._server: asyncio.Server | None = None
+        self._task: asyncio.Task[None] | None = None
+        self._hosts: set[str] = set()
+        self._nonce = secrets.token_urlsafe(16)
+        self._page = render(self._nonce).encode()
+
+    async def start(self, port: int) -> int:
+        """Listen on this machine alone; return the port."""
+        self._server = await asyncio.start_server(self._serve, HOST, port, limit=MAX_REQUEST)
+        port = self._server.sockets[0].getsockname()[1]
+        self._hosts = {f"{name}:{port}" for name in (HOST, "localhost")}
+        self._task = asyncio.get_running_loop().create_task(self._send_events())
+        return port
+
+    async def stop(self) -> None:
+        """Close."""
+        if self._task:
+            self._task.cancel()
+        if self._server:
+            self._server.close()
+        for writer in list(self._viewers):
+            writer.transport.abort()
+
+    def show(self) -> None:
+        """Know that somebody moved."""
+        self._news.set()
+
+    def event(self) -> bytes:
+        """Return what browsers are told of everybody."""
+        users = [
+            {
+                "id": user,
+                "name": seen.name,
+                "state": seen.state,
+                "root": seen.root.round(4).tolist(),
+                "rotations": seen.rotations.round(4).tolist(),
+                "contacts": seen.contacts.tolist(),
+                "scale": seen.scale,
+                "fps": seen.fps,
+                "ms": round(seen.milliseconds, 2),
+            }
+            for user, seen in self._seen.items()
+        ]
+        return f"data: {json.dumps({'users': users}, separators=(',', ':'))}\n\n".encode()
+
+    async def _send_events(self) -> None:
+        """Tell every browser that keeps up, at most once in a frame's time."""
+        while True:
+            with suppress(TimeoutError):
+                await asyncio.wait_for(self._news.wait(), HEARTBEAT)
+            self._news.clear()
+            if self._viewers:
+                event = self.event()
+                now = asyncio.get_running_loop().time()
+                for writer, kept_up in list(self._viewers.items()):
+                    if not writer.transport.get_write_buffer_size():
+                        self._viewers[writer] = now
+                        writer.write(event)
+                    elif now - kept_up > PATIENCE:
+                        writer.transport.abort()
+            await asyncio.sleep(1.0 / RATE)
+
+    async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Answer one request."""
+        self._open += 1
+        try:
+            if self._open > CONNECTIONS:
+                return
+            head = await asyncio.wait_for(reader.readuntil(b"\r\n\r\n"), PATIENCE)
+            status = self._status(head)
+            if status == 200 and _path(head) == "/events":
+                await self._stream(reader, writer)
+            else:
+                writer.write(self._response(status))
+                await asyncio.wait_for(writer.drain(), PATIENCE)
+        except (OSError, TimeoutError, asyncio.IncompleteReadError, asyncio.LimitOverrunError):
+            pass
+        finally:
+            self._open -= 1
+            writer.close()
+
+    async def _stream(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Have a browser told until it leaves."""
+        writer.write(_head(200, "text/event-stream") + b"retry: 1000\n\n" + self.event())
+        self._viewers[writer] = asyncio.get_running_loop().time()
+        try:
+            while await reader.read(1024):  # a browser has nothing more to say
+                pass
+        finally:
+            self._viewers.pop(writer, None)
+
+    def _status(self, head: bytes) -> int:
+        """Return what a request deserves: a page elsewhere that goes by a name which leads here (DNS rebinding) gets nothing."""
+        lines = head.decode("latin-1").split("\r\n")
+        words = lines[0].split(" ")
+        if len(words) != 3 or not words[2].startswith("HTTP/1."):
+            return 400
+        hosts = [value.strip().lower() for name, _, value in (line.partition(":") for line in lines[1:]) if name.lower() == "host"]
+        if len(hosts) != 1 or hosts[0] not in self._hosts:
+            return 403
+        if words[0] != "GET":
+            return 405
+        if words[1] == "/events" and len(self._viewers) >= VIEWERS:
+            return 503
+        return 200 if words[1] in ("/", "/events") else 404
+
+    def _response(self, status: int) -> bytes:
+        """Return the page, or why not."""
+        if status != 200:
+            return _head(status, "text/plain; charset=utf-8") + f"{status} {_REASONS[status]}\n".encode()
+        policy = f"default-src 'none'; script-src 'nonce-{self._nonce}'; style-src 'nonce-{self._nonce}'; connect-src 'self'"
+        return _head(200, "text/html; charset=utf-8", f"Content-Security-Policy: {policy}; frame-ancestors 'none'") + self._page
+
+
+def render(nonce: str) -> str:
+    """Return the page as HTML, whose script and style alone may run."""
+    environment = Environment(loader=FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=StrictUndefined)
+    bodies = [
+        {
+            "name": body.name,
+            "parent": NAMES.index(body.parent) if body.parent else -1,
+            "offset": body.offset,
+            "points": body.shape.points,
+            "radius": body.shape.radius,
+        }
+        for body in BODIES
+    ]
+    return environment.get_template("page.html.j2").render(nonce=nonce, bodies=Markup(json.dumps(bodies)))
+
+
+def _path(head: bytes) -> str:
+    return head.split(b" ", 2)[1].decode("latin-1")
+
+
+def _head(status: int, kind: str, *more: str) -> bytes:
+    """Return the head of a response that ends when the connection does."""
+    lines = [
+        f"HTTP/1.1 {status} {_REASONS[status]}",
+        f"Content-Type: {kind}",
+        "Cache-Control: no-store",
+        "X-Content-Type-Options: nosniff",
+        "Referrer-Policy: no-referrer",
+        "Connection: close",
+        *more,
+    ]
+    return ("\r\n".join(lines) + "\r\n\r\n").encode("latin-1")

@@ -1,0 +1,191 @@
+"""The live service: who is there, and all frames that have come solved together."""
+
+import asyncio
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from time import perf_counter
+
+import numpy as np
+
+from configs.errors import InputError
+from datasets.trackers.trackers import RATE, TrackerPoses
+from eval.live.messages import LIVE, STATES, Bodies, Seen
+from eval.live.rate_limit import Limits
+from eval.live.recorder import Recorder
+from eval.live.session import LEFT, Arrived, Session
+
+GATHER = 0.004  # s that a frame may wait for those of other users, since a batch costs little more than one frame
+RECENT = 3.0 / RATE  # s after which a user who sends nothing is not waited for
+SECONDS_KEPT = 600  # of latencies at one user's rate
+STRANGERS = 32  # connections that have not said hello
+
+
+@dataclass
+class LiveServer:
+    """Sessions, the solver, and whoever looks on.
+
+    Attributes:
+        bodies: The solver; it has a place for each user that may be there at once.
+        recorder: Where live frames are kept; None if nowhere.
+        tell: Told a line for people.
+        after_batch: Called after each batch.
+        limits: What a client may do.
+        seen: The last frame of each user, by number.
+        latencies: Milliseconds of the last frames.
+        answered: Frames so far.
+    """
+
+    bodies: Bodies
+    recorder: Recorder | None = None
+    tell: Callable[[str], None] = print
+    after_batch: Callable[[], None] = lambda: None
+    limits: Limits = field(default_factory=Limits)
+    seen: dict[int, Seen] = field(default_factory=dict)
+    latencies: deque[float] = field(default_factory=lambda: deque(maxlen=round(SECONDS_KEPT * RATE)))
+    answered: int = 0
+
+    def __post_init__(self) -> None:
+        """Have all places free."""
+        self._free = list(range(self.bodies.users))[::-1]
+        self._sessions: set[Session] = set()
+        self._waiting: set[Session] = set()
+        self._timer: asyncio.Handle | None = None
+        self._server: asyncio.Server | None = None
+        self._watch: asyncio.Task[None] | None = None
+        self._users = 0
+
+    @property
+    def crowded(self) -> bool:
+        """Whether too many connections have not said who they are."""
+        return len(self._sessions) - self.users > STRANGERS
+
+    @property
+    def users(self) -> int:
+        """How many users are there."""
+        return self.bodies.users - len(self._free)
+
+    async def start(self, host: str, port: int) -> int:
+        """Listen; return the port."""
+        loop = asyncio.get_running_loop()
+        self._server = await loop.create_server(self._connect, host, port)
+        self._watch = loop.create_task(self._watch_idle())
+        return self._server.sockets[0].getsockname()[1]
+
+    async def stop(self) -> None:
+        """Send everybody away and finish the recordings."""
+        if self._server:
+            self._server.close()
+        if self._watch:
+            self._watch.cancel()
+        try:
+            for session in list(self._sessions):
+                session.close("the service stops")
+        finally:
+            if self.recorder:
+                await self.recorder.finish()
+
+    def enter(self, session: Session) -> None:
+        """Give a place to a client that has said hello."""
+        if not self._free:
+            raise InputError(f"all {self.bodies.users} places are taken; come back later, or start the service with more --users")
+        self._users += 1
+        session.user, session.row = self._users, self._free.pop()
+        self.bodies.reset(np.array([session.row]))
+        self.note(session, "came")
+
+    def leave(self, session: Session, reason: str) -> None:
+        """Free the place of a client that is gone."""
+        self._sessions.discard(session)
+        self._waiting.discard(session)
+        self.seen.pop(session.user, None)
+        if session.row >= 0:
+            self._free.append(session.row)
+            self._close_recording(session)
+        if session.row >= 0 or reason != LEFT:
+            self.note(session, reason)
+
+    def arrived(self, session: Session) -> None:
+        """Solve soon: at once if nobody else is expected."""
+        self._waiting.add(session)
+        now = perf_counter()
+        expected = sum(one.row >= 0 and now - one.last_line < RECENT for one in self._sessions)
+        if len(self._waiting) >= expected:
+            self._solve_after(0.0)
+        elif self._timer is None:
+            self._solve_after(GATHER)
+
+    def calibrate(self, session: Session) -> None:
+        """Begin a user's calibration again; what follows is another recording."""
+        self.bodies.reset(np.array([session.row]))
+        self._close_recording(session)
+        self.note(session, "calibrates again")
+
+    def note(self, session: Session, text: str) -> None:
+        """Tell the people at the terminal."""
+        self.tell(f"{session.name}: {text}")
+
+    def _connect(self) -> Session:
+        """Return what talks to a new client."""
+        session = Session(self)
+        self._sessions.add(session)
+        return session
+
+    def _solve_after(self, seconds: float) -> None:
+        """See to it that waiting frames are solved, no later than asked before."""
+        if self._timer:
+            self._timer.cancel()
+        loop = asyncio.get_running_loop()
+        self._timer = loop.call_later(seconds, self._solve) if seconds else loop.call_soon(self._solve)
+
+    def _solve(self) -> None:
+        """Answer one frame of everybody who waits, in one batch."""
+        self._timer = None
+        batch = list(self._waiting)
+        if not batch:
+            return
+        taken = [(session, frame) for session in batch if (frame := session.next_frame())]
+        self._waiting = {session for session in batch if session.waiting}
+        if taken:
+            self._answer(taken)
+            self.after_batch()
+        if self._waiting:
+            self._solve_after(0.0)
+
+    def _answer(self, taken: list[tuple[Session, Arrived]]) -> None:
+        """Answer a frame of each of some users."""
+        batch, frames = zip(*taken, strict=True)
+        trackers = TrackerPoses(*(np.stack([frame.trackers[part] for frame in frames]) for part in range(2)))
+        solved = self.bodies.step(np.array([session.row for session in batch]), trackers)
+        numbers = np.concat([solved.root_position, solved.local_rotations.reshape(len(frames), -1)], axis=1)
+        lost = np.flatnonzero(~np.isfinite(numbers.sum(axis=1)))
+        states, scales = solved.states.tolist(), solved.scales.tolist()
+        for place, (session, frame) in enumerate(taken):
+            if place in lost:
+                self.bodies.reset(np.array([session.row]))
+                session.tell_problem(f"no body could be found for frame {frame.number}")
+                continue
+            pose = solved.root_position[place], solved.local_rotations[place], solved.contacts[place]
+            milliseconds = 1e3 * (perf_counter() - frame.time)
+            assert session.codec
+            line = session.codec.answer(frame.number, STATES[states[place]], *pose, scales[place], milliseconds)
+            self.latencies.append(milliseconds)
+            self.answered += 1
+            self.seen[session.user] = Seen(session.name, STATES[states[place]], *pose, scales[place], session.pace.fps, milliseconds)
+            if states[place] == LIVE and self.recorder:
+                self.recorder.record(session.user, *pose[:2], scales[place])
+            if place in solved.problems:
+                session.tell_problem(solved.problems[place])
+            session.answer(line)  # the last, as the client may be gone after it
+
+    def _close_recording(self, session: Session) -> None:
+        if self.recorder:
+            self.recorder.close(session.user)
+
+    async def _watch_idle(self) -> None:
+        """Send away who is silent."""
+        while True:
+            await asyncio.sleep(min(1.0, self.limits.idle / 4))
+            now = perf_counter()
+            for session in list(self._sessions):
+                session.check_idle(now)

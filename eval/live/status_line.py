@@ -1,0 +1,64 @@
+"""What the terminal shows of the live service: one line while it runs, and what was at the end."""
+
+import asyncio
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+from rich.console import Console
+from rich.live import Live
+from rich.text import Text
+
+from eval.live.server import LiveServer
+
+SECONDS = 1.0  # between two lines
+RECENT = 450  # frames of which the line tells the latency
+
+
+class StatusLine:
+    """A line at the bottom of a terminal, once a second; none where there is no terminal."""
+
+    def __init__(self, server: LiveServer, console: Console) -> None:
+        """Be about a service."""
+        self._server, self._terminal = server, console.is_terminal
+        self._live = Live(Text(), console=console, auto_refresh=False, transient=True)
+        self._task: asyncio.Task[None] | None = None
+
+    def __enter__(self) -> Self:
+        """Begin."""
+        if self._terminal:
+            self._live.start()
+            self._task = asyncio.get_running_loop().create_task(self._repeat())
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
+        """End and leave nothing behind."""
+        if self._task:
+            self._task.cancel()
+            self._live.stop()
+
+    async def _repeat(self) -> None:
+        before = self._server.answered
+        while True:
+            await asyncio.sleep(SECONDS)
+            now = self._server.answered
+            self._live.update(Text(status(self._server, (now - before) / SECONDS)), refresh=True)
+            before = now
+
+
+def status(server: LiveServer, rate: float) -> str:
+    """Return one line about now; ``rate`` in frames a second of all users together."""
+    users = f"{server.users} user{'s' * (server.users != 1)}"
+    return f"{users}, {rate:.0f} frames/s{_latency(list(server.latencies)[-RECENT:])}" if server.users else "waiting for users"
+
+
+def summary(server: LiveServer) -> str:
+    """Return one line about all that was."""
+    return f"stopped after {server.answered:,} frames{_latency(list(server.latencies))}"
+
+
+def _latency(milliseconds: list[float]) -> str:
+    if not milliseconds:
+        return ""
+    middle, late = np.percentile(milliseconds, [50, 99])
+    return f", latency median {middle:.2f} ms, 99th percentile {late:.2f} ms"

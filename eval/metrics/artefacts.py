@@ -1,0 +1,122 @@
+"""What an animator sees go wrong in a clip, in numbers: each is a mean of one of the tracks of ``eval.metrics.artefact_tracks``.
+
+T frames. The tracks' metres come out in the units of METRICS: cm/s, mm and km/s^3.
+"""
+
+import numpy as np
+
+from datasets.motion.clip import BodyMotion
+from eval.metrics.artefact_tracks import ArtefactTracks, distances_local, distances_world, track_artefacts
+
+SKATE_HEIGHT, SKATE_SPEED = 0.05, 0.5  # m, m/s: GMD's skating foot
+TOLERANCE = 0.005  # m, of the lowest point from the ground, before it floats or penetrates
+OVERLAP = 0.01  # m, of two shapes, before they penetrate each other
+BALANCE_MARGIN = 0.05  # m, that the centre of mass may leave the support polygon
+
+
+def artefacts(motion: BodyMotion, truth: BodyMotion | None = None, original: BodyMotion | None = None) -> dict[str, float]:
+    """Return all artefact metrics of a clip by their id, in the units of METRICS.md.
+
+    Args:
+        motion: The clip to judge.
+        truth: The clean clip, where it is known: same frames and rate. Its contacts then decide who should stand.
+        original: The clip that ``motion`` was made from, where it was: same frames and rate.
+
+    Returns:
+        Values by id; ``truth_error_*`` only with another clip as truth, ``deviation_*`` only with an original.
+
+    Raises:
+        ValueError: If the clips differ in their number of frames or their rate.
+    """
+    values = means_of(track_artefacts(motion, truth))
+    for name, other in (("deviation", original), ("truth_error", None if truth is motion else truth)):
+        if other is not None:
+            values[f"{name}_local"], values[f"{name}_world"] = distance_local(motion, other), distance_world(motion, other)
+    return values
+
+
+def means_of(tracks: ArtefactTracks) -> dict[str, float]:
+    """Return the metrics that a clip's own tracks say, by their id."""
+    return {
+        "foot_skate": foot_skate(tracks),
+        "skating_ratio": skating_ratio(tracks),
+        "floating": floating(tracks),
+        "ground_penetration": ground_penetration(tracks),
+        "self_penetration": float(np.mean(tracks.overlap > OVERLAP)),
+        "self_penetration_depth": 1e3 * float(np.mean(np.where(tracks.overlap > OVERLAP, tracks.overlap, 0.0))),
+        "jitter": 1e-3 * _mean(tracks.jerk),
+        "imbalance": imbalance(tracks),
+    }
+
+
+def foot_skate(tracks: ArtefactTracks) -> float:
+    """Return the mean horizontal speed [cm/s] of a foot's lowest point while it is in contact in two adjacent frames.
+
+    The speed is that of the material point that is lowest in the later frame. Source: PhysDiff, per second.
+    """
+    return 100.0 * _mean(tracks.foot_speed[tracks.standing])
+
+
+def skating_ratio(tracks: ArtefactTracks) -> float:
+    """Return the share of frames in which a foot is below 5 cm in two adjacent frames and faster than 0.5 m/s. Source: GMD."""
+    low = tracks.foot_height < SKATE_HEIGHT
+    skating = low[1:] & low[:-1] & (tracks.foot_speed[1:] > SKATE_SPEED)
+    return _mean(skating[:, 0] | skating[:, 1])
+
+
+def floating(tracks: ArtefactTracks) -> float:
+    """Return the mean height [mm] of the body's lowest point where it is more than 5 mm, else 0; the truth's flight left out."""
+    heights = tracks.lowest[~tracks.flight]
+    return 1e3 * _mean(np.where(heights > TOLERANCE, heights, 0.0))
+
+
+def ground_penetration(tracks: ArtefactTracks) -> float:
+    """Return the mean depth [mm] of the body's lowest point under the ground where it is more than 5 mm, else 0."""
+    return 1e3 * _mean(np.where(tracks.lowest < -TOLERANCE, -tracks.lowest, 0.0))
+
+
+def imbalance(tracks: ArtefactTracks) -> float:
+    """Return the share of frames with a contact whose centre of mass is over 5 cm outside the feet. Source: thesis 4.5.1."""
+    return _mean(tracks.overhang[tracks.contacts.any(axis=1)] > BALANCE_MARGIN)
+
+
+def distance_local(motion: BodyMotion, other: BodyMotion) -> float:
+    """Return the mean distance of the joints [mm] when both roots are put in one place."""
+    return 1e3 * float(distances_local(motion, other).mean())
+
+
+def distance_world(motion: BodyMotion, other: BodyMotion) -> float:
+    """Return the mean distance of the joints in the world [mm]."""
+    return 1e3 * float(distances_world(motion, other).mean())
+
+
+def agreement(contacts_by_force: np.ndarray, contacts_by_height: np.ndarray) -> dict[str, float]:
+    """Return how well the rule of heights finds the contacts that the simulation's ground reaction shows.
+
+    Args:
+        contacts_by_force: Whether a foot carried at least 0.05 of body weight, bool, any shape.
+        contacts_by_height: Whether its lowest point was under 2 cm, bool, same shape.
+
+    Returns:
+        Shares of all feet in all frames: ``agree``, ``height_alone`` (low, but carries nothing), ``force_alone`` (carries, but is
+        not low) and ``commoner``, what always guessing the commoner answer of the force would reach. Empty without frames.
+
+    Raises:
+        ValueError: If the shapes differ.
+    """
+    if contacts_by_force.shape != contacts_by_height.shape:
+        raise ValueError(f"contacts by force have shape {contacts_by_force.shape}, by height {contacts_by_height.shape}: should be equal")
+    if not contacts_by_force.size:
+        return {}
+    carried = float(contacts_by_force.mean())
+    return {
+        "agree": float(np.mean(contacts_by_force == contacts_by_height)),
+        "height_alone": float(np.mean(contacts_by_height & ~contacts_by_force)),
+        "force_alone": float(np.mean(contacts_by_force & ~contacts_by_height)),
+        "commoner": max(carried, 1.0 - carried),
+    }
+
+
+def _mean(values: np.ndarray) -> float:
+    """Return the mean; 0 where there is nothing to go wrong."""
+    return float(values.mean()) if len(values) else 0.0

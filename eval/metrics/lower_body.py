@@ -1,0 +1,78 @@
+"""How far a predicted lower body is from the true one (METRICS.md, lower body; LoBSTr 4.1)."""
+
+import numpy as np
+
+from datasets.motion.rotation import angle, conjugate, multiply
+
+
+def contact_accuracy(predicted: np.ndarray, true: np.ndarray) -> float:
+    """Return how many contacts are told right [%].
+
+    Args:
+        predicted: Whether each toe-base is in contact, shape (T, 2).
+        true: The same.
+    """
+    return 100.0 * float(np.mean(predicted == true))
+
+
+def rotational_error(predicted: np.ndarray, true: np.ndarray) -> float:
+    """Return the mean angle between predicted and true local rotations [deg].
+
+    Args:
+        predicted: Of J joints, wxyz, shape (T, J, 4).
+        true: The same.
+    """
+    return float(np.degrees(angle(multiply(conjugate(true), predicted)).mean()))
+
+
+def toe_position_error(predicted: np.ndarray, true: np.ndarray) -> float:
+    """Return the mean distance between predicted and true toe-bases [cm].
+
+    Args:
+        predicted: Left and right, in the pelvis' frame [m], shape (T, 2, 3).
+        true: The same.
+    """
+    return 100.0 * float(np.linalg.norm(predicted - true, axis=-1).mean())
+
+
+def toe_velocity_error(predicted: np.ndarray, true: np.ndarray, fps: float) -> float:
+    """Return the mean length of the difference between the velocities of predicted and true toe-bases [cm/s] (figure 3).
+
+    Args:
+        predicted: Left and right, in the pelvis' frame [m], shape (T, 2, 3).
+        true: The same.
+        fps: Frames per second.
+    """
+    return 100.0 * fps * float(np.linalg.norm(np.diff(predicted, axis=0) - np.diff(true, axis=0), axis=-1).mean())
+
+
+def toe_distance_error(predicted: np.ndarray, true: np.ndarray) -> float:
+    """Return by how much the distance from toe-base to toe-base is wrong in the mean over frames [cm] (section 4.1.3).
+
+    Args:
+        predicted: Left and right, both in the same frame [m], shape (T, 2, 3).
+        true: The same.
+    """
+    return 100.0 * float(np.abs(_apart(predicted) - _apart(true)).mean())
+
+
+def toe_distance_bias(predicted: np.ndarray, true: np.ndarray) -> float:
+    """Return by how much toe-bases are too far apart in the mean over frames, under 0 too near [cm]; arguments as before."""
+    return 100.0 * float((_apart(predicted) - _apart(true)).mean())
+
+
+def body_movement(local_rotations: np.ndarray) -> float:
+    """Return the mean over frames of the sum over joints of by how much each turned since the frame before [deg].
+
+    Args:
+        local_rotations: Of J joints, wxyz, shape (T, J, 4).
+
+    Source: Starke et al. 2020, "Local motion phases".
+    """
+    turned = angle(multiply(conjugate(local_rotations[:-1]), local_rotations[1:]))
+    return float(np.degrees(turned.sum(axis=-1).mean()))
+
+
+def _apart(toes: np.ndarray) -> np.ndarray:
+    """Return the distance from toe-base to toe-base [m], shape (T,)."""
+    return np.linalg.norm(toes[:, 0] - toes[:, 1], axis=-1)

@@ -1,0 +1,147 @@
+"""What the humanoid did, pose by pose: one performance of a clip as a clip of its own, and its artefacts beside the reference's."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from gymnasium.vector import AutoresetMode
+
+from datasets.library.motion_library import MotionLibrary
+from datasets.motion.clip import BodyMotion
+from datasets.motion.humanoid import local_rotations
+from datasets.motion.kinematics import resample
+from datasets.motion.rotation import normalise
+from envs.mimic.spec import FPS, FRAMES_PER_STEP, MimicSpec
+from envs.vector_env import AdaptMimicVectorEnv
+from eval.metrics.artefacts import artefacts
+from trainers.evaluation.protocol import Act, Rollouts
+
+SIDES = ("before", "after", "truth")
+SHORTEST_POSES = 4  # of a performance; from less, speeds and jitter say nothing
+
+
+class Performance(NamedTuple):
+    """One rollout, pose by pose, each ``FRAMES_PER_STEP`` frames of the reference after the one before.
+
+    Attributes:
+        clip: Index in the library.
+        frame: Frame of the clip at the first pose.
+        poses: Generalised positions, to the reference's end even where the episode ended sooner, shape (S, 50).
+        survived: How many of the poses were before the episode's early end; all S of them if there was none.
+    """
+
+    clip: int
+    frame: int
+    poses: np.ndarray
+    survived: int
+
+
+class Comparison(NamedTuple):
+    """Artefacts of the reference, of its performance and of the truth, over the frames in which the agent survived."""
+
+    before: dict[str, float]
+    after: dict[str, float]
+    truth: dict[str, float]  # empty where none is known
+    frames: int  # compared
+
+
+def perform(act: Act, library: MotionLibrary, spec: MimicSpec, rollouts: Rollouts, threads: int) -> list[Performance]:
+    """Return what a deterministic policy does in rollouts, all played at once.
+
+    Args:
+        act: The policy.
+        library: Clips.
+        spec: Variant of the task that the policy was trained for.
+        rollouts: Where to begin and how long to go on, R of them.
+        threads: Native threads.
+    """
+    count = len(rollouts.clip)
+    env = AdaptMimicVectorEnv(library, count, spec, threads, AutoresetMode.DISABLED)
+    observation, _ = env.reset(options={"clip": rollouts.clip, "frame": rollouts.frame, "frames": rollouts.frames})
+    steps = rollouts.frames // FRAMES_PER_STEP
+    poses, survived = [env.physics.poses()], steps + 1
+    for step in range(1, int(steps.max()) + 1):
+        observation, _, terminated, _, info = env.step(act(observation))
+        survived = np.where(terminated, np.minimum(survived, step), survived)
+        now = env.physics.poses()
+        exploded = info["physics_failed"] | ~np.isfinite(now).all(axis=1)
+        poses.append(np.where(exploded[:, None], poses[-1], now))
+    together = np.stack(poses, axis=1)
+    return [
+        Performance(int(rollouts.clip[r]), int(rollouts.frame[r]), together[r, : steps[r] + 1], int(min(survived[r], steps[r] + 1)))
+        for r in range(count)
+    ]
+
+
+def as_motion(poses: np.ndarray, like: BodyMotion) -> BodyMotion:
+    """Return poses (S, 50), one each control step, as a clip at 60 fps that is credited like another."""
+    rotations = local_rotations(normalise(poses[:, 3:7]), poses[:, 7:])
+    return resample(replace(like, root_position=poses[:, :3], local_rotations=rotations, fps=FPS / FRAMES_PER_STEP), FPS)
+
+
+def compare(performance: Performance, reference: BodyMotion, truth: BodyMotion | None) -> Comparison | None:
+    """Return the artefacts before and after of one performance.
+
+    Args:
+        performance: Of the reference.
+        reference: The whole clip that was performed.
+        truth: The whole clean clip behind it, where it is known.
+
+    Returns:
+        Artefacts of the same frames of both; None if the agent survived too few of them.
+    """
+    if performance.survived < SHORTEST_POSES:
+        return None
+    sides = sides_of(performance, reference, truth)
+    original, clean = sides["before"], sides.get("truth")
+    own = artefacts(clean, clean) if clean else {}
+    return Comparison(artefacts(original, clean), artefacts(sides["after"], clean, original), own, len(original))
+
+
+def sides_of(performance: Performance, reference: BodyMotion, truth: BodyMotion | None) -> dict[str, BodyMotion]:
+    """Return the clips that are compared, of the same frames: "before", "after" and, where it is known, "truth".
+
+    Args:
+        performance: Of the reference, of at least two poses before its end.
+        reference: The whole clip that was performed.
+        truth: The whole clean clip behind it, where it is known.
+    """
+    first = performance.frame
+    last = first + FRAMES_PER_STEP * (performance.survived - 1) + 1
+    before = _as_seen_at_control_steps(reference.cut(first, last))
+    sides = {"before": before, "after": as_motion(performance.poses[: performance.survived], reference)}
+    return sides | ({"truth": _anchored(_as_seen_at_control_steps(truth.cut(first, last)), before)} if truth else {})
+
+
+def _as_seen_at_control_steps(motion: BodyMotion) -> BodyMotion:
+    """Return a clip at 60 fps from each second frame of it: what is known of the agent, so that both sides are smoothed alike."""
+    every = slice(None, None, FRAMES_PER_STEP)
+    seldom = replace(motion, root_position=motion.root_position[every], local_rotations=motion.local_rotations[every])
+    return resample(replace(seldom, fps=FPS / FRAMES_PER_STEP), FPS)
+
+
+def _anchored(truth: BodyMotion, reference: BodyMotion) -> BodyMotion:
+    """Return the truth moved over the ground to where the reference begins: the policy cannot know of a drift before."""
+    offset = (reference.root_position[0] - truth.root_position[0]) * (1.0, 1.0, 0.0)
+    return replace(truth, root_position=truth.root_position + offset)
+
+
+def weighted_mean(comparisons: Iterable[Comparison]) -> dict[str, dict[str, float]]:
+    """Return the artefacts of a clip by side: the mean over its windows, by frames compared."""
+    parts = list(comparisons)
+    total = sum(part.frames for part in parts)
+    return {
+        side: {name: sum(part.frames * getattr(part, side)[name] for part in parts) / total for name in getattr(parts[0], side)}
+        for side in SIDES
+    }
+
+
+def mean_over_clips(clips: Iterable[dict[str, dict[str, float]]]) -> dict[str, dict[str, float]]:
+    """Return the mean of the clips' artefacts by side, each clip that has a metric counting once; empty without clips."""
+    parts = list(clips)
+    means: dict[str, dict[str, float]] = {}
+    for side in SIDES:
+        names = dict.fromkeys(name for part in parts for name in part[side])
+        means[side] = {name: float(np.mean([part[side][name] for part in parts if name in part[side]])) for name in names}
+    return means

@@ -1,0 +1,87 @@
+"""How far a reconstructed root path is from the truth (METRICS.md, root trajectory). Paths are (N, 3) [m]."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from datasets.imu.root_features import face_forward
+
+WINDOW_SECONDS = 10.0
+TRAVELS = 1.0  # m, that the root must travel in a clip for it to be measured
+STRIDE_SECONDS = 0.2  # over which travelled ways are added up, so that jitter is no way
+
+
+def windows(frames: int, fps: float) -> Iterator[slice]:
+    """Yield windows of 10 s, as many as fit; the whole clip if it is shorter."""
+    length = min(round(WINDOW_SECONDS * fps), frames)
+    for start in range(0, frames - length + 1, length):
+        yield slice(start, start + length)
+
+
+def distance(truth: np.ndarray) -> float:
+    """Return how far a path leads in the horizontal plane [m]."""
+    return float(np.linalg.norm(np.diff(truth[:, :2], axis=0), axis=1).sum())
+
+
+def travelling_windows(truth: np.ndarray, fps: float) -> list[slice]:
+    """Return the windows of a clip whose root travels at least 1 m; none of another."""
+    return list(windows(len(truth), fps)) if distance(truth) >= TRAVELS else []
+
+
+def e_mse(path: np.ndarray, truth: np.ndarray) -> float:
+    """Return the mean squared error per coordinate of a path that begins where the truth begins [m^2]; thesis eq. 3.21."""
+    error = (path - path[0]) - (truth - truth[0])
+    return float(np.mean(error**2))
+
+
+def motionless(truth: np.ndarray) -> np.ndarray:
+    """Return the path of a root that stays where it begins."""
+    return np.broadcast_to(truth[0], truth.shape)
+
+
+def end_error(path: np.ndarray, truth: np.ndarray, axes: int = 3) -> float:
+    """Return the error at the end [m] of a path that begins where the truth begins, over its first ``axes`` coordinates."""
+    return float(np.linalg.norm(((path[-1] - path[0]) - (truth[-1] - truth[0]))[:axes]))
+
+
+def drift(path: np.ndarray, truth: np.ndarray) -> float:
+    """Return the error at the end over the distance travelled [ratio]."""
+    return end_error(path, truth) / distance(truth)
+
+
+def distance_ratio(path: np.ndarray, truth: np.ndarray, fps: float) -> float:
+    """Return the way along a path over the way along the truth [ratio]; under 1 the path undershoots.
+
+    Ways are added up over strides of 0.2 s: over single frames the trembling of an estimate would count as way.
+    """
+    stride = max(1, round(STRIDE_SECONDS * fps))
+    return distance(path[::stride]) / distance(truth[::stride])
+
+
+def frame_errors(path: np.ndarray, truth: np.ndarray, heading: np.ndarray, absolute_height: bool = False) -> np.ndarray:
+    """Return by how much each frame's displacement errs forward, to the left and upwards [m], shape (N - 1, 3); thesis Table 2.1.
+
+    Args:
+        path: Estimate.
+        truth: Of the same length.
+        heading: Of the true pelvis, whose axes they are [rad], shape (N,).
+        absolute_height: Whether the last column is the error of the height itself rather than that of its displacement.
+    """
+    errors = face_forward(np.diff(path, axis=0) - np.diff(truth, axis=0), heading[:-1])
+    if absolute_height:
+        errors[:, 2] = path[1:, 2] - truth[1:, 2]
+    return errors
+
+
+def error_after(path: np.ndarray, truth: np.ndarray, metres: float) -> float:
+    """Return the mean error [m] once the truth has travelled ``metres`` from any frame on, where the path begins; NaN if it never does.
+
+    Source: Yi et al. 2022, "Physical Inertial Poser", figure of global translation errors.
+    """
+    travelled = np.concat([[0.0], np.cumsum(np.linalg.norm(np.diff(truth[:, :2], axis=0), axis=1))])
+    enough = travelled + metres - 1e-6  # what rounding takes away is no way
+    starts = np.flatnonzero(enough <= travelled[-1])
+    ends = np.searchsorted(travelled, enough[starts])
+    if not len(starts):
+        return float("nan")
+    return float(np.linalg.norm((path[ends] - path[starts]) - (truth[ends] - truth[starts]), axis=1).mean())

@@ -1,0 +1,102 @@
+"""The tracking metrics of a policy and of the zero residual by rollout, and their means over clips, kinds and performers."""
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from datasets.library.motion_library import ClipInfo, MotionLibrary
+from envs.mimic.spec import MimicSpec
+from trainers.evaluation.protocol import Act, Rollouts, play, protocol, zero_residual
+
+Summary = dict[str, dict[str, float]]  # by metric, its mean and std
+
+
+@dataclass(frozen=True)
+class ClipTracking:
+    """How one clip was tracked; metrics by their id for each of its R rollouts.
+
+    Attributes:
+        clip: Which.
+        windows: How many windows the protocol cuts it into.
+        frames: Frames of a rollout's reference.
+        policy: Metrics of the policy, each of shape (R,).
+        zero: Metrics of the zero residual, each of shape (R,).
+    """
+
+    clip: ClipInfo
+    windows: int
+    frames: int
+    policy: dict[str, np.ndarray]
+    zero: dict[str, np.ndarray]
+
+
+def track(act: Act, library: MotionLibrary, spec: MimicSpec, threads: int, with_truth: bool) -> Iterator[ClipTracking]:
+    """Play the protocol clip by clip.
+
+    Args:
+        act: The policy.
+        library: Clips, each long enough for the protocol.
+        spec: Variant of the task that the policy was trained for.
+        threads: Native threads.
+        with_truth: Whether the clips have another one as their truth; else ``root_mse_truth`` says nothing and is left out.
+    """
+    rollouts, _ = protocol(library)
+    for index, clip in enumerate(library.clips):
+        mine = Rollouts(*(column[rollouts.clip == index] for column in rollouts))
+        found = [play(one, library, spec, mine, threads) for one in (act, zero_residual(spec))]
+        if not with_truth:
+            for values in found:
+                del values["root_mse_truth"]
+        yield ClipTracking(clip, len(np.unique(mine.window)), int(mine.frames[0]), found[0], found[1])
+
+
+def summarise(parts: Iterable[dict[str, np.ndarray]]) -> Summary:
+    """Return mean and standard deviation of each metric over the rollouts of all parts together."""
+    together: dict[str, list[np.ndarray]] = {}
+    for part in parts:
+        for name, values in part.items():
+            together.setdefault(name, []).append(values)
+    pooled = {name: np.concat(values) for name, values in together.items()}
+    return {name: {"mean": float(values.mean()), "std": float(values.std())} for name, values in pooled.items()}
+
+
+def blocks(recorded: list[ClipTracking], suited: list[ClipTracking]) -> dict[str, Summary]:
+    """Return the four blocks of a report: the policy and the zero residual, on clips as recorded and through a suit."""
+    return {
+        "tracking": summarise(one.policy for one in recorded),
+        "tracking_zero_residual": summarise(one.zero for one in recorded),
+        "tracking_suit": summarise(one.policy for one in suited),
+        "tracking_suit_zero_residual": summarise(one.zero for one in suited),
+    }
+
+
+def grouped(
+    recorded: list[ClipTracking], suited: list[ClipTracking], key: Callable[[ClipInfo], str]
+) -> dict[str, tuple[list[ClipTracking], list[ClipTracking]]]:
+    """Return the clips as recorded and those through a suit by a property of theirs, in alphabetical order."""
+    keys = sorted({key(one.clip) for one in recorded})
+    return {
+        value: ([one for one in recorded if key(one.clip) == value], [one for one in suited if key(one.clip) == value]) for value in keys
+    }
+
+
+def lasting(parts: Iterable[ClipTracking], zero: bool, seconds: np.ndarray, fps: float) -> np.ndarray:
+    """Return the share of the rollouts that last at least so long, among those whose reference does.
+
+    Args:
+        parts: Clips.
+        zero: Of the zero residual instead of the policy.
+        seconds: Times [s], shape (T,).
+        fps: Of the references [1/s].
+
+    Returns:
+        Shares, shape (T,); not a number where no reference is that long.
+    """
+    parts = list(parts)
+    reference = np.concat([np.full(len(one.policy["sr90"]), one.frames / fps) for one in parts])
+    ratio = np.concat([(one.zero if zero else one.policy)["episode_length_ratio"] for one in parts])
+    running = seconds[:, None] <= reference[None, :] + 1e-9
+    alive = (seconds[:, None] <= (ratio * reference)[None, :] + 1e-9) & running
+    with np.errstate(invalid="ignore"):
+        return alive.sum(axis=1) / running.sum(axis=1)

@@ -1,0 +1,64 @@
+"""Pages that need no network: the room where templates of reports and studies are filled in."""
+
+import base64
+import json
+from collections.abc import Callable
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+from plotly.offline import get_plotlyjs
+
+from configs.source_code import ROOT
+
+
+def render_page(template: str, filters: dict[str, Callable[..., Any]], **values: Any) -> str:
+    """Return a page as HTML.
+
+    Args:
+        template: Path of a template below ``eval/``.
+        filters: What the template can do with values beside this file's functions.
+        values: What the template speaks of.
+    """
+    environment = Environment(
+        loader=FileSystemLoader(ROOT / "eval"), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    own = {"spread": spread, "number": number, "change": change, "figure": _figure, "video": _video, "image": _image}
+    environment.filters |= {**own, **filters}
+    return environment.get_template(template).render(plotly_js=Markup(get_plotlyjs()), **values)
+
+
+def number(value: float | None, decimals: int) -> str:
+    """Return a number with so many decimals and a true minus; a dash for none."""
+    return "–" if value is None else f"{value:.{decimals}f}".replace("-", "−")  # noqa: RUF001 (typography)
+
+
+def spread(summary: dict[str, float] | None, decimals: int) -> str:
+    """Return mean ± standard deviation; a dash for none."""
+    return "–" if not summary else f"{number(summary['mean'], decimals)} ± {number(summary['std'], decimals)}"  # noqa: RUF001
+
+
+def change(before: float | None, after: float | None, decimals: int) -> str:
+    """Return how much a value that is printed with so many decimals changed, in per cent; by how much where it was zero."""
+    if before is None or after is None:
+        return "–"  # noqa: RUF001
+    first, second = round(before, decimals), round(after, decimals)
+    if first == second:
+        return "0 %"
+    sign = "+" if second > first else ""
+    return sign + (f"{number(100.0 * (after - before) / before, 0)} %" if first else number(second, decimals))
+
+
+def _figure(figure: dict[str, Any]) -> Markup:
+    """Return a figure as JSON that is safe inside a script."""
+    return Markup(json.dumps(figure, allow_nan=False).replace("<", "\\u003c"))
+
+
+def _video(mp4: bytes) -> str:
+    """Return a video as the address that holds it whole."""
+    return "data:video/mp4;base64," + base64.b64encode(mp4).decode()
+
+
+def _image(png: bytes) -> str:
+    """Return a picture as the address that holds it whole."""
+    return "data:image/png;base64," + base64.b64encode(png).decode()

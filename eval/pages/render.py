@@ -1,0 +1,268 @@
+"""Videos and pictures of the humanoid: the reference beside, or as a ghost behind, the agent that performs it.
+
+Figures are posed by generalised positions (50,): root position and rotation, then the 43 hinges, as ``MotionLibrary.start_pose``.
+"""
+
+import importlib
+import os
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+from types import TracebackType
+from typing import NamedTuple, Self
+
+import imageio_ffmpeg
+import mediapy
+import mujoco
+import numpy as np
+from mujoco.rendering.classic import gl_context
+from scipy.ndimage import gaussian_filter1d
+
+from datasets.motion.clip import BodyMotion
+from datasets.motion.humanoid import hinge_angles
+from datasets.motion.rotation import heading
+from envs.physics.humanoid_mjcf import build_spec
+
+VIDEO_FPS = 30
+INSTALL_HINT = "no video: off-screen rendering needs EGL or OSMesa (Debian, Ubuntu: apt install libegl1 libgl1, or libosmesa6)"
+REFERENCE_COLOUR = (0.50, 0.54, 0.61, 1.0)
+AGENT_COLOUR = (0.16, 0.47, 0.75, 1.0)
+LOST_COLOUR = (0.80, 0.36, 0.22, 1.0)
+GHOST_ALPHA = 0.40
+_VIEW = np.radians(145.0)  # camera's direction from the figure's heading: seen from the front and its left
+_ELEVATION = -9.0  # deg, MuJoCo's unit
+_HORIZON = [0.93, 0.95, 0.97]  # colour of the sky's rim
+_LIGHT_DISTANCE = 4.0  # m, from the camera's target
+# Long lenses: figures that stand beside each other are seen from the same side.
+_VIDEO_HEIGHT, _VIDEO_FIELD = 2.8, 18.0  # m, deg
+_STRIP_HEIGHT, _STRIP_FIELD = 2.25, 12.0  # m, deg
+_FOLLOW_SECONDS = 0.5  # the camera's path is the reference's, smoothed over this
+_EYE_HEIGHT = 0.85  # m, of the point that the camera looks at
+_PROBE = """
+import mujoco
+model = mujoco.MjModel.from_xml_string('<mujoco><worldbody><light pos="0 0 3"/><geom size="1"/></worldbody></mujoco>')
+data = mujoco.MjData(model)
+mujoco.mj_forward(model, data)
+with mujoco.Renderer(model, 32, 32) as renderer:
+    renderer.update_scene(data)
+    raise SystemExit(0 if renderer.render().any() else 1)
+"""
+
+
+class Figure(NamedTuple):
+    """One humanoid in a picture."""
+
+    pose: np.ndarray  # (50,)
+    colour: tuple[float, float, float, float]  # rgba
+    shift: np.ndarray  # added to its place in the world [m], (3,)
+
+
+class Camera(NamedTuple):
+    """From where a picture is taken."""
+
+    target: np.ndarray  # looked at [m], (3,)
+    distance: float  # m
+    azimuth: float  # of its direction [rad]
+
+    @property
+    def right(self) -> np.ndarray:
+        """Return the horizontal unit vector to the picture's right, shape (3,)."""
+        return np.array([np.sin(self.azimuth), -np.cos(self.azimuth), 0.0])
+
+    @property
+    def light(self) -> np.ndarray:
+        """Return the direction of the light, shape (3,): from behind the photographer, steeply down."""
+        ahead = np.array([np.cos(self.azimuth), np.sin(self.azimuth), 0.0])
+        direction = 0.5 * ahead + 0.25 * self.right - np.array([0.0, 0.0, 1.0])
+        return direction / np.linalg.norm(direction)
+
+
+def poses(motion: BodyMotion) -> np.ndarray:
+    """Return the generalised positions of a clip, shape (T, 50)."""
+    return np.concat([motion.root_position, motion.local_rotations[:, 0], hinge_angles(motion.local_rotations)], axis=1)
+
+
+@cache
+def can_render() -> bool:
+    """Return whether pictures can be made here, having chosen how: through EGL, OSMesa or a screen.
+
+    A choice by the environment variable MUJOCO_GL is kept. Each way is tried in a process of its own: a failed one would
+    stay with this process.
+    """
+    chosen = os.environ.get("MUJOCO_GL")
+    if chosen or not sys.platform.startswith("linux"):
+        return _works(chosen)
+    for way in ("egl", "osmesa", *(["glfw"] if os.environ.get("DISPLAY") else [])):
+        if _works(way):
+            os.environ["MUJOCO_GL"] = way
+            importlib.reload(gl_context)  # it read the variable when it was first imported
+            return True
+    return False
+
+
+def _works(way: str | None) -> bool:
+    environment = {**os.environ, **({"MUJOCO_GL": way} if way else {})}
+    try:
+        return subprocess.run([sys.executable, "-c", _PROBE], env=environment, capture_output=True, timeout=60).returncode == 0
+    except subprocess.TimeoutExpired:
+        return False
+
+
+class Stage:
+    """The lit ground and a camera. Use as a context, so that its buffers are freed.
+
+    Raises:
+        RuntimeError: If nothing can be rendered here; ``can_render`` tells before.
+    """
+
+    def __init__(self, width: int, height: int, field_of_view: float, shadow_radius: float = 4.0, fine: bool = False) -> None:
+        """Set up the ground, the light and the buffers.
+
+        Args:
+            width: Of the pictures [pixels].
+            height: Of the pictures [pixels].
+            field_of_view: Vertical [deg].
+            shadow_radius: Shadows fall within this distance of the camera's target [m].
+            fine: Whether edges and shadows are smooth, at twice the time.
+        """
+        if not can_render():
+            raise RuntimeError(INSTALL_HINT)
+        spec = build_spec()
+        spec.visual.global_.offwidth, spec.visual.global_.offheight = width, height
+        spec.visual.global_.fovy = field_of_view
+        spec.visual.quality.shadowsize, spec.visual.quality.offsamples = (4096, 4) if fine else (1024, 0)
+        spec.visual.headlight.ambient = [0.45] * 3
+        spec.visual.headlight.diffuse = [0.35] * 3
+        spec.visual.rgba.haze = [*_HORIZON, 1.0]
+        spec.stat.extent = 1.0  # m, so that the lengths below are metres
+        spec.visual.map.znear, spec.visual.map.zfar, spec.visual.map.shadowclip = 0.1, 100.0, shadow_radius
+        spec.add_texture(
+            name="sky", type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+            rgb1=_HORIZON, rgb2=[0.78, 0.82, 0.87], width=128, height=768,
+        )  # fmt: skip
+        self._model = spec.compile()
+        self._data = mujoco.MjData(self._model)
+        self._option, self._perturb = mujoco.MjvOption(), mujoco.MjvPerturb()
+        self._renderer = mujoco.Renderer(self._model, height, width)
+
+    def __enter__(self) -> Self:
+        """Return the stage."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        """Free the buffers."""
+        self._renderer.close()
+
+    def picture(self, figures: list[Figure], camera: Camera) -> np.ndarray:
+        """Return a picture of figures, uint8, shape (height, width, 3)."""
+        view = mujoco.MjvCamera()
+        view.lookat[:] = camera.target
+        view.distance, view.azimuth, view.elevation = camera.distance, np.degrees(camera.azimuth), _ELEVATION
+        scene = self._renderer.scene
+        for count, figure in enumerate(figures):
+            self._data.qpos[:] = figure.pose
+            self._data.qpos[:3] += figure.shift
+            mujoco.mj_kinematics(self._model, self._data)
+            mujoco.mj_comPos(self._model, self._data)
+            if count == 0:  # ground, light and camera come with the first figure
+                mujoco.mj_camlight(self._model, self._data)
+                self._data.light_xdir[:] = camera.light
+                self._data.light_xpos[:] = camera.target - _LIGHT_DISTANCE * camera.light
+                self._renderer.update_scene(self._data, view)
+                first = next(i for i in range(scene.ngeom) if scene.geoms[i].type != mujoco.mjtGeom.mjGEOM_PLANE)
+            else:
+                first = scene.ngeom
+                everything = mujoco.mjtCatBit.mjCAT_DYNAMIC
+                mujoco.mjv_addGeoms(self._model, self._data, self._option, self._perturb, everything, scene)
+            for i in range(first, scene.ngeom):
+                scene.geoms[i].rgba[:] = figure.colour
+        return self._renderer.render()
+
+
+def render_pair(
+    reference: np.ndarray, agent: np.ndarray, fps: float, lost: np.ndarray | None = None, size: tuple[int, int] = (640, 360)
+) -> np.ndarray:
+    """Return a video of the reference on the left and the agent on the right, the camera following the reference.
+
+    Args:
+        reference: Poses of the reference, shape (T, 50).
+        agent: Poses of the agent, shape (T, 50).
+        fps: Of both [1/s].
+        lost: Frames in which the agent is shown in another colour, as its episode had ended, shape (T,).
+        size: Width and height [pixels].
+
+    Returns:
+        Frames at ``VIDEO_FPS``, uint8, shape (frames, height, width, 3).
+    """
+    shown = np.arange(0, len(reference), fps / VIDEO_FPS).round().astype(int)
+    shown = shown[shown < len(reference)]
+    path = _camera_path(reference[:, :3], fps)
+    azimuth = float(heading(reference[0, 3:7])) + _VIEW
+    frames = []
+    with Stage(*size, _VIDEO_FIELD) as stage:
+        for t in shown:
+            camera = Camera(path[t], _distance(_VIDEO_HEIGHT, _VIDEO_FIELD), azimuth)
+            colour = LOST_COLOUR if lost is not None and lost[t] else AGENT_COLOUR
+            pair = [Figure(reference[t], REFERENCE_COLOUR, -0.75 * camera.right), Figure(agent[t], colour, 0.75 * camera.right)]
+            frames.append(stage.picture(pair, camera))
+    return np.stack(frames)
+
+
+def _camera_path(root: np.ndarray, fps: float) -> np.ndarray:
+    """Return where the camera looks, at each of the root's positions (T, 3): smooth, and without a lag at either end."""
+    spread = _FOLLOW_SECONDS * fps
+    beyond = min(round(4 * spread), len(root) - 1)
+    longer = np.pad(root, ((beyond, beyond), (0, 0)), mode="reflect", reflect_type="odd")
+    path = gaussian_filter1d(longer, spread, axis=0, mode="nearest")[beyond : beyond + len(root)]
+    path[:, 2] = _EYE_HEIGHT
+    return path
+
+
+def _distance(height: float, field_of_view: float) -> float:
+    """Return from how far [m] a picture shows so much height [m] at a field of view [deg]."""
+    return height / (2.0 * np.tan(np.radians(field_of_view) / 2.0))
+
+
+def save_picture(path: Path, reference: np.ndarray, agent: np.ndarray, moments: int = 7, size: tuple[int, int] = (1600, 420)) -> None:
+    """Write a PNG strip of evenly spread moments, as ``strip`` draws them.
+
+    Args:
+        path: File to write.
+        reference: Poses of the reference, shape (T, 50).
+        agent: Poses of the agent, shape (T, 50).
+        moments: How many.
+        size: Width and height [pixels].
+    """
+    mediapy.write_image(path, strip(reference, agent, moments, size))
+
+
+def strip(reference: np.ndarray, agent: np.ndarray, moments: int = 7, size: tuple[int, int] = (1600, 420)) -> np.ndarray:
+    """Return a picture of evenly spread moments, each with the agent and, as a ghost behind it, the reference.
+
+    Args:
+        reference: Poses of the reference, shape (T, 50).
+        agent: Poses of the agent, shape (T, 50).
+        moments: How many.
+        size: Width and height [pixels].
+
+    Returns:
+        Pixels, uint8, shape (height, width, 3).
+    """
+    width, height = size
+    azimuth = float(heading(reference[0, 3:7])) + _VIEW
+    camera = Camera(np.array([0.0, 0.0, _EYE_HEIGHT]), _distance(_STRIP_HEIGHT, _STRIP_FIELD), azimuth)
+    spacing = _STRIP_HEIGHT * width / height / moments
+    figures = []
+    for place, t in enumerate(np.linspace(0, len(reference) - 1, moments).round().astype(int)):
+        shift = spacing * (place - (moments - 1) / 2) * camera.right - reference[t, :3] * (1.0, 1.0, 0.0)
+        figures.append(Figure(agent[t], AGENT_COLOUR, shift))
+        figures.append(Figure(reference[t], (*REFERENCE_COLOUR[:3], GHOST_ALPHA), shift))
+    with Stage(width, height, _STRIP_FIELD, shadow_radius=0.6 * spacing * moments, fine=True) as stage:
+        return stage.picture(figures, camera)
+
+
+def encode_mp4(frames: np.ndarray, fps: float = VIDEO_FPS) -> bytes:
+    """Return frames (T, height, width, 3) as an H.264 video that browsers play."""
+    mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
+    return mediapy.compress_video(frames, fps=fps, codec="h264", crf=26)

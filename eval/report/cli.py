@@ -1,0 +1,92 @@
+"""Evaluates a trained policy: ``python -m eval.report --run runs/mixed --out DIR [--motions PATH ...]``."""
+
+import argparse
+import json
+import os
+import sys
+import time
+from pathlib import Path
+
+import torch
+from rich.console import Console
+
+from configs.command import exit_code_of
+from eval.metrics.tracking import summarise
+from eval.pages.output_files import check_out, write_whole
+from eval.pages.render import INSTALL_HINT
+from eval.report.data import make_report
+from eval.report.evaluate import examine
+from eval.report.median_window import typical_course
+from eval.report.page import make_page
+from eval.report.plots import by_clip, survival, training
+from eval.report.test_clips import TestedClips, choose_clips
+from eval.report.videos import Video, film, picture
+from eval.runs.trained_run import Run, load_run
+from eval.runs.training_curves import read_curves
+from trainers.algorithms.ppo_config import RECONSTRUCTED
+from trainers.runs.run_log import make_console
+
+
+def notices_of(run: Run, tested: TestedClips, videos: list[Video]) -> list[str]:
+    """Return what a reader must know before the numbers."""
+    notices = []
+    for by in sorted(set(tested.seen.values())):
+        count = f"{sum(value == by for value in tested.seen.values())} of {len(tested.recorded)} clips"
+        notices.append(f"{count} were seen in {by}, or their performer was: on these it is no test of generalisation.")
+    for model in sorted(set(tested.roots.values())):
+        names = ", ".join(name for name, by in tested.roots.items() if by == model)
+        notices.append(f"The shipped model {model} gave the root of {names}: IMU suits record none, or the file holds none.")
+    if tested.suited and run.config.data.roots == RECONSTRUCTED:
+        notices.append("Root3D gave the root of clips through simulated suits, from their poses and accelerations.")
+    if not tested.suited:
+        notices.append("No clip is free of suit errors, so none was put through a simulated suit.")
+    if not videos:
+        notices.append(INSTALL_HINT[0].upper() + INSTALL_HINT[1:] + ".")
+    return notices
+
+
+def evaluate(run: Run, out: Path, motions: list[str] | None, console: Console) -> None:
+    """Evaluate a run and write ``report.json``, ``index.html`` and ``best.png`` into ``out``."""
+    begin = time.monotonic()
+    threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    torch.set_num_threads(threads)
+    with console.status("reading clips") as status:
+        tested = choose_clips(run.config.data, run.card, motions, status.update)
+    minutes = sum(clip.seconds for clip in tested.recorded) / 60.0
+    console.print(f"{len(tested.recorded)} clips of {tested.source}, {minutes:.1f} minutes; {len(tested.left_out)} left out")
+    recorded = examine(run, tested.recorded, None, threads, console, "as recorded")
+    suited = examine(run, tested.suited, tested.truths, threads, console, "through a suit")
+    videos = film(recorded, console)
+    report = make_report(run, tested, recorded, suited, time.monotonic() - begin)
+    figures = {"survival": survival(recorded.tracking, suited.tracking), "by_clip": by_clip(report["clips"])}
+    course = typical_course(suited, tested.truths) or typical_course(recorded, None)
+    page = make_page(report, figures, training(read_curves(run.folder)), course, videos, notices_of(run, tested, videos))
+    text = json.dumps(report, indent=1, allow_nan=False)
+    out.mkdir(parents=True, exist_ok=True)
+    write_whole(out / "report.json", text + "\n")
+    write_whole(out / "index.html", page)
+    picture(recorded, out / "best.png")
+    means = summarise(one.policy for one in recorded.tracking)
+    console.print("   ".join(f"{name} {value['mean']:.3f} ± {value['std']:.3f}" for name, value in means.items()))
+    console.print(f"report: {out / 'index.html'} and {out / 'report.json'}, {time.monotonic() - begin:.0f} s")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line; return the exit code."""
+    parser = argparse.ArgumentParser(prog="python -m eval.report", description="Evaluate a trained policy on clips.")
+    parser.add_argument("--run", type=Path, required=True, help="a run's folder, such as runs/mixed, or a policy's file")
+    parser.add_argument("--out", type=Path, required=True, help="folder for report.json and index.html")
+    parser.add_argument(
+        "--motions", nargs="+", action="extend", help="BVH or MVNX files, folders of them, or 'synthetic'; the held-out clips by default"
+    )
+    options = parser.parse_args(arguments)
+    return exit_code_of(lambda: _run(options))
+
+
+def _run(options: argparse.Namespace) -> None:
+    check_out(options.out)
+    evaluate(load_run(options.run), options.out, options.motions, make_console())
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,131 @@
+"""Which clips a report is about: found, read, sorted out, and compared with those that training saw."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from configs.errors import InputError
+from datasets.library.sources import (
+    FPS,
+    ROUGH_GROUND_KINDS,
+    SYNTHETIC,
+    Recorded,
+    credit,
+    find_files,
+    load_recordings,
+    read_index,
+    unique_names,
+)
+from datasets.motion.clip import BodyMotion
+from datasets.retarget.joint_mapping import read_mapping
+from trainers.algorithms.ppo_config import RECONSTRUCTED, DataConfig
+from trainers.data.root_reconstruction import FAULTY_SYSTEMS, Roots
+from trainers.data.training_motions import wear_suits
+from trainers.evaluation.protocol import SHORTEST
+
+OTHER_SEED = 1000  # added to a run's seed, so that synthetic performers are others than those it trained on
+
+
+@dataclass(frozen=True)
+class TestedClips:
+    """What is evaluated.
+
+    Attributes:
+        source: Where the clips come from, for people.
+        recorded: Clips as recorded, at 60 fps, of unique names.
+        suited: What a simulated IMU suit makes of those that are no IMU recordings themselves.
+        truths: For each suited clip the clip behind it.
+        left_out: By name of a clip that is not evaluated, why.
+        roots: By name of a recorded clip whose root is not the file's, the model that gave it.
+        seen: By name of a recorded clip, "training" or "model selection" where that saw the clip or its performer.
+    """
+
+    source: str
+    recorded: list[BodyMotion]
+    suited: list[BodyMotion]
+    truths: list[BodyMotion]
+    left_out: dict[str, str]
+    roots: dict[str, str]
+    seen: dict[str, str]
+
+
+def choose_clips(config: DataConfig, card: dict[str, Any], motions: list[str] | None, say: Callable[[str], None]) -> TestedClips:
+    """Return the clips to evaluate a policy on.
+
+    Args:
+        config: Motion of the run.
+        card: Of its policy: ``clips`` and ``performers`` trained on, and ``held_out``, the performer of model selection.
+        motions: Motion sources that the user names. By default, performers that a run on synthetic motion never saw, or
+            else the clips of the performer that the run held out.
+        say: Told what happens now.
+
+    Raises:
+        InputError: If a source is bad, or nothing in it can be evaluated.
+    """
+    source, found = _find(config, card, motions, say)
+    left_out = {one.clip.name: reason for one in found if (reason := _unfit(one.clip))}
+    fit = [one for one in found if one.clip.name not in left_out]
+    if not fit:
+        raise InputError(f"{source}: none of {len(found)} clips is on flat ground and at least {SHORTEST / FPS:g} s long")
+    roots = Roots(config.roots == RECONSTRUCTED, say)
+    recorded, by_model = roots.of_recordings(fit)
+    suitable = [clip for clip in recorded if clip.system not in FAULTY_SYSTEMS]
+    say(f"putting {len(suitable)} clips through simulated suits")
+    suited, truths = wear_suits(suitable, DataConfig(), roots)
+    seen = {clip.name: by for clip in recorded if (by := _seen_by(clip, card))}
+    return TestedClips(source, recorded, suited, truths, left_out, by_model, seen)
+
+
+def _find(config: DataConfig, card: dict[str, Any], motions: list[str] | None, say: Callable[[str], None]) -> tuple[str, list[Recorded]]:
+    """Return the source of the clips in words, and the clips."""
+    seed = config.seed + OTHER_SEED
+    if motions is None and config.motions == SYNTHETIC:
+        return f"synthetic motion of seed {seed}", load_recordings(SYNTHETIC, seed=seed)
+    if motions is None:
+        return f"{card['held_out']}, held out of {config.motions}", _read(_files_of(config, card["held_out"]), config, say)
+    files: dict[Path, Path] = {}  # by their true path, so that no file is read twice
+    for source in motions:
+        files |= {path.resolve(): path for path in find_files(source)} if source != SYNTHETIC else {}
+    clips = _read(list(files.values()), config, say)
+    if SYNTHETIC in motions:
+        clips += load_recordings(SYNTHETIC, seed=seed)
+    return ", ".join(motions), clips
+
+
+def _files_of(config: DataConfig, performer: str) -> list[Path]:
+    """Return the files of a performer in the run's motion source."""
+    if performer == "none":
+        raise InputError("the run held no performer out; name the clips to evaluate on with --motions PATH ...")
+    paths = find_files(config.motions)
+    index = read_index(paths[0])
+    files = [path for path in paths if credit(path, index).performer == performer]
+    if not files:
+        raise InputError(f"{config.motions} has no clip of {performer}, whom the run held out; name other clips with --motions PATH ...")
+    return files
+
+
+def _read(files: list[Path], config: DataConfig, say: Callable[[str], None]) -> list[Recorded]:
+    """Return the clips of files, under names that are unique."""
+    mapping = read_mapping(config.mapping) if config.mapping else None
+    clips = []
+    for number, (file, name) in enumerate(zip(files, unique_names(files), strict=True), start=1):
+        say(f"reading {number}/{len(files)} {file}")
+        (one,) = load_recordings(file, mapping)
+        clips.append(replace(one, clip=replace(one.clip, name=name)))
+    return clips
+
+
+def _unfit(clip: BodyMotion) -> str:
+    """Return why a clip is not evaluated, "" if it is."""
+    if clip.kind in ROUGH_GROUND_KINDS:
+        return f"{clip.kind}: the simulated ground is flat"
+    return f"lasts {clip.seconds:.2f} s, under {SHORTEST / FPS:g} s" if len(clip) < SHORTEST else ""
+
+
+def _seen_by(clip: BodyMotion, card: dict[str, Any]) -> str:
+    """Return which part of the run saw a clip or its performer, "" if none did."""
+    trained = {name.partition("#")[0] for name in card["clips"]}  # pieces of a clip bear its name, then "#" and a number
+    if clip.name in trained or clip.performer in card["performers"]:
+        return "training"
+    return "model selection" if clip.performer == card["held_out"] else ""

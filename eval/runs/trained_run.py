@@ -1,0 +1,42 @@
+"""A training run as its folder holds it: the config, the policy that it kept, and that policy's card."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from agents.policy.policy import Policy
+from configs.errors import InputError
+from configs.load import CONFIGS, load_config
+from envs.mimic.spec import MimicSpec
+from trainers.algorithms.policy_file import load_policy
+from trainers.algorithms.ppo_config import PpoConfig
+
+
+@dataclass(frozen=True)
+class Run:
+    """A training run's folder, its config and the policy that it kept."""
+
+    folder: Path
+    config: PpoConfig
+    policy: Policy
+    card: dict[str, Any]
+    spec: MimicSpec
+
+
+def load_run(folder: Path) -> Run:
+    """Return a run.
+
+    Args:
+        folder: Of the run; or a policy's file, such as the package's, which is taken for one trained by ``configs/clean.yaml``.
+
+    Raises:
+        InputError: If there is none, or it holds no policy that fits this code.
+    """
+    if folder.is_file():
+        policy, card, spec = load_policy(folder)
+        config = load_config(PpoConfig, CONFIGS / "clean.yaml")
+        return Run(folder.parent, replace(config, task=spec), policy, card, spec)
+    if not folder.is_dir():
+        raise InputError(f"there is no run at {folder}; python -m trainers.ppo --config configs/mixed.yaml leaves one in runs/mixed")
+    policy, card, spec = load_policy(folder / "best" / "policy.safetensors")
+    return Run(folder, load_config(PpoConfig, folder / "config.yaml"), policy, card, spec)

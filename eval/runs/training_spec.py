@@ -1,0 +1,118 @@
+"""The trainings behind a study: what each is, how far it has come, and the command that a user would start it with."""
+
+import re
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+from configs.errors import InputError
+from configs.load import CONFIGS, load_config
+from trainers.algorithms.ppo_config import PpoConfig
+from trainers.runs.checkpoint import load_newest
+from trainers.runs.progress import Clock
+from trainers.supervised.lobstr_config import LobstrConfig
+from trainers.supervised.root_config import RootConfig
+
+Config = TypeVar("Config", PpoConfig, RootConfig, LobstrConfig)
+
+
+@dataclass(frozen=True)
+class Program(Generic[Config]):
+    """A program that trains.
+
+    Attributes:
+        module: That is run.
+        config: Class of its config.
+        leaves: Of a run: the file in its folder with the network that did best.
+    """
+
+    module: str
+    config: type[Config]
+    leaves: str
+
+
+SUPERVISED = Program("trainers.supervised", RootConfig, "best/model.safetensors")
+LOWER_BODY = Program("trainers.supervised", LobstrConfig, "best/model.safetensors")
+PPO = Program("trainers.ppo", PpoConfig, "best/policy.safetensors")
+
+
+@dataclass(frozen=True)
+class Training(Generic[Config]):
+    """One run of a program.
+
+    Attributes:
+        program: Which.
+        config: File in ``configs/`` without its ending.
+        overrides: Of the config, name and folder left out.
+        name: Of the run.
+        runs: Folder of all runs, absolute.
+    """
+
+    program: Program[Config]
+    config: str
+    overrides: tuple[str, ...]
+    name: str
+    runs: Path
+
+    @property
+    def folder(self) -> Path:
+        """Of the run."""
+        return self.runs / self.name
+
+    @property
+    def network(self) -> Path:
+        """The file with the network that did best."""
+        return self.folder / self.program.leaves
+
+    def resolved(self) -> Config:
+        """Return the whole config.
+
+        Raises:
+            InputError: If an override is bad.
+        """
+        return load_config(self.program.config, self._file, self._typed())
+
+    def clock(self) -> Clock | None:
+        """Return how far the run has come; None where there is none with this config that could go on."""
+        written = self.folder / "config.yaml"
+        newest = load_newest(self.folder / "checkpoints")
+        if newest is None or not written.is_file() or not self._is_ours(written):
+            return None
+        return Clock(**newest[0]["clock"])
+
+    def _is_ours(self, written: Path) -> bool:
+        """Return whether a run's config is this one's; one that an older version wrote may not even load."""
+        try:
+            return load_config(self.program.config, written) == self.resolved()
+        except InputError:
+            return False
+
+    def is_done(self) -> bool:
+        """Return whether the run has come to its end."""
+        clock = self.clock()
+        return clock is not None and clock.progress(self.resolved()) >= 1.0 and self.network.is_file()
+
+    def command(self) -> list[str]:
+        """Return the command line that starts the run, or goes on with it."""
+        resume = ["--resume"] if self.clock() else []
+        return [sys.executable, "-m", self.program.module, "--config", str(self._file), *self._typed(), *resume]
+
+    @property
+    def _file(self) -> Path:
+        return CONFIGS / f"{self.config}.yaml"
+
+    def _typed(self) -> list[str]:
+        """Return all overrides, those of name and folder included."""
+        return [*self.overrides, f"name={self.name}", f"runs_dir={self.runs}"]
+
+
+def run_name(row: str, seed: int) -> str:
+    """Return the name of the run behind a seed of a row."""
+    return f"{re.sub(r'[^a-z0-9]+', '_', row.lower())}_{seed}"
+
+
+def effort(training: Training[Any]) -> dict[str, float]:
+    """Return what a training took: samples and minutes on one core."""
+    clock = training.clock()
+    return {"samples": float(clock.samples), "minutes": clock.seconds / 60.0} if clock else {}

@@ -1,0 +1,58 @@
+"""What cleanings left of the clips' artefacts, as rows of a study: means over all clips, over a folder's and over those of a kind."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from eval.study.clean.cases import AFTER, AS_READ, BEFORE, CLEAN, REAL, SUITS, TRUTH, Case, Result, Values
+from eval.study.protocol.page import summarise_seeds
+
+SHIPPED, NO_PHYSICS = "shipped policy", "no physics"
+ALL = "all"
+Row = dict[str, Any]
+
+
+def row_name(group: str, part: str, side: str) -> str:
+    """Return the name of a row, such as "simulated suits, kind walk: before"."""
+    return f"{group}, {part}: {side}"
+
+
+def kind_part(kind: str) -> str:
+    """Return what the clips of a kind are called in a row's name."""
+    return f"kind {kind}"
+
+
+def clean_rows(cases: Sequence[Case], results: Mapping[str, Sequence[Result]]) -> list[Row]:
+    """Return the rows.
+
+    Args:
+        cases: The clips.
+        results: By variant of the cleaning, the first of which is the package's own, what it made of each of them.
+    """
+    first = next(iter(results.values()))
+    rows = []
+    for group in (SUITS, REAL, CLEAN):
+        for part, members in _parts(group, cases, first):
+            sides = {side: _side(first, members, side) for side in (BEFORE, AS_READ)}
+            sides |= {variant: _side(own, members, AFTER) for variant, own in results.items()}
+            sides[TRUTH] = _side(first, members, TRUTH)
+            rows += [_row(row_name(group, part, side), values) for side, values in sides.items() if values]
+    return rows
+
+
+def _parts(group: str, cases: Sequence[Case], results: Sequence[Result]) -> Iterator[tuple[str, list[int]]]:
+    """Yield the parts of a group of clips and their members."""
+    members = [index for index, case in enumerate(cases) if case.group == group]
+    yield ALL, members
+    for source in dict.fromkeys(cases[index].source for index in members):
+        yield source, [index for index in members if cases[index].source == source]
+    if group != REAL:
+        for kind in sorted({results[index].kind for index in members}):
+            yield kind_part(kind), [index for index in members if results[index].kind == kind]
+
+
+def _side(results: Sequence[Result], members: Sequence[int], side: str) -> list[Values]:
+    return [results[index].sides[side] for index in members if side in results[index].sides]
+
+
+def _row(name: str, values: list[Values]) -> Row:
+    return {"name": name, "ours": summarise_seeds(values), "published": {}}

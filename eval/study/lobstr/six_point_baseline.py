@@ -1,0 +1,106 @@
+"""Six-point tracking, which LoBSTr is held against (section 4.2): two trackers more on the feet, and legs by inverse kinematics.
+
+What is lost is made up, as nobody has the paper's recordings: how often, for how long and by how much is written here.
+"""
+
+import numpy as np
+
+from datasets.ik.leg_ik import leg_ik
+from datasets.motion.clip import BodyMotion
+from datasets.motion.humanoid import NAMES, SKELETON
+from datasets.motion.kinematics import body_poses
+from datasets.motion.rotation import about_axis, conjugate, from_rotation_vector, multiply, rotate
+from datasets.trackers.lower_body import JOINTS
+from datasets.trackers.trackers import PELVIS, RATE, TrackerPoses
+
+FOOT_BODIES = [NAMES.index(f"foot_{side}") for side in "lr"]
+_HIPS = SKELETON.offsets[[NAMES.index(f"thigh_{side}") for side in "lr"]]
+_X, _Y = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
+HIDDEN_PER_MINUTE = 6.0  # times that each foot is hidden behind something
+HIDDEN_SECONDS = 0.3, 1.5  # for how long
+FROZEN = 0.5  # of those times that the tracker says where it was last; else it jumps away
+JUMP = 0.1, 0.5  # m, how far it jumps
+JUMP_TURN = np.radians(60.0)  # that it is turned by at most
+IMPACT = 0.03  # m, standard deviation along each axis of how far the tracker is shaken off when the foot strikes the ground
+IMPACT_TURN = np.radians(5.0)  # standard deviation about each axis
+IMPACT_FRAMES = 2.0  # in which that falls to a third
+
+
+def foot_poses(motion: BodyMotion) -> TrackerPoses:
+    """Return the poses of both feet in the world, (T, 2, 3) and (T, 2, 4): what trackers tell that are perfectly worn and seen."""
+    positions, rotations = body_poses(motion)
+    return TrackerPoses(positions[:, FOOT_BODIES], rotations[:, FOOT_BODIES])
+
+
+def lose_feet(feet: TrackerPoses, strikes: np.ndarray, rng: np.random.Generator) -> tuple[TrackerPoses, np.ndarray]:
+    """Return what the trackers tell where feet strike the ground and are hidden now and then, and when they are hidden (T, 2), bool.
+
+    Args:
+        feet: Their true poses, positions (T, 2, 3) [m] and rotations (T, 2, 4).
+        strikes: Whether each foot strikes the ground in a frame, shape (T, 2).
+        rng: Source of chance.
+    """
+    shaken = _shaken(strikes, rng)
+    positions = feet.positions + shaken[..., :3]
+    rotations = multiply(from_rotation_vector(shaken[..., 3:]), feet.rotations)
+    hidden = np.zeros(strikes.shape, dtype=bool)
+    for foot in range(2):
+        starts = np.flatnonzero(rng.uniform(size=len(hidden)) < HIDDEN_PER_MINUTE / 60.0 / RATE)
+        for start in starts:
+            span = slice(max(start, 1), start + round(rng.uniform(*HIDDEN_SECONDS) * RATE))
+            before = span.start - 1
+            away, turn = _jump(rng)
+            positions[span, foot] = positions[before, foot] + away
+            rotations[span, foot] = multiply(turn, rotations[before, foot])
+            hidden[span, foot] = True
+    return TrackerPoses(positions, rotations), hidden
+
+
+def legs_by_ik(pelvis: TrackerPoses, feet: TrackerPoses) -> np.ndarray:
+    """Return the rotations of the eight joints, wxyz (T, 8, 4), that bring the standard humanoid's feet to their trackers.
+
+    Knees point to where foot and pelvis face, halfway in between.
+
+    Args:
+        pelvis: Poses of the four joints, of which the pelvis counts, shape (T, 4, ...).
+        feet: Of the feet, shape (T, 2, ...).
+    """
+    place, turn = pelvis.positions[:, PELVIS], pelvis.rotations[:, PELVIS]
+    legs = np.zeros((len(place), len(JOINTS), 4))
+    legs[..., 0] = 1.0
+    for side in range(2):
+        foot = feet.rotations[:, side]
+        hip = place + rotate(turn, np.broadcast_to(_HIPS[side], place.shape))
+        forward = rotate(turn, np.broadcast_to(_X, place.shape)) + rotate(foot, np.broadcast_to(_X, place.shape))
+        thigh, flexion = leg_ik(hip, feet.positions[:, side], forward)
+        shin = about_axis(np.broadcast_to(_Y, place.shape), flexion)
+        at = 4 * side
+        legs[:, at + 1] = multiply(conjugate(turn), thigh)
+        legs[:, at + 2] = shin
+        legs[:, at + 3] = multiply(conjugate(multiply(thigh, shin)), foot)
+    return legs
+
+
+def strikes_of(contacts: np.ndarray) -> np.ndarray:
+    """Return in which frames each contact (T, 2) begins."""
+    return contacts & ~np.concat([contacts[:1], contacts[:-1]])
+
+
+def _shaken(strikes: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Return by how much strikes displace [m] and turn [rad] each foot's tracker, shape (T, 2, 6): at once, and back exponentially."""
+    scale = np.array([IMPACT] * 3 + [IMPACT_TURN] * 3)
+    shaken = rng.normal(size=(*strikes.shape, 6)) * scale * strikes[..., None]
+    decay = np.exp(-1.0 / IMPACT_FRAMES)
+    for frame in range(1, len(shaken)):
+        shaken[frame] += decay * shaken[frame - 1]
+    return shaken
+
+
+def _jump(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Return by how much a hidden tracker is off where it was last: a vector (3,) [m] and a rotation (4,)."""
+    directions = rng.normal(size=(2, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    away, turn = rng.uniform(*JUMP), rng.uniform(0.0, JUMP_TURN)
+    if rng.uniform() < FROZEN:
+        away = turn = 0.0
+    return away * directions[0], from_rotation_vector(turn * directions[1])

@@ -1,0 +1,51 @@
+"""Rows of virtual users: every network, six-point tracking and the truth, for each of the users by themselves (Table 3, figure 6, 4.2)."""
+
+from collections.abc import Iterator, Sequence
+
+from agents.lobstr.model import LobstrModel
+from eval.study.lobstr.evaluate import predict, six_point
+from eval.study.lobstr.scores import Predicted, Scores, score_sessions
+from eval.study.lobstr.test_sessions import Session
+from eval.study.lobstr.variants import HEIGHTS, LOST_FEET, PERFECT_FEET, PLACES, TABLE_3, TRUTH, user_row
+
+
+class UserRows:
+    """Gathers what is measured of users, seed by seed."""
+
+    def __init__(self, sessions: Sequence[Session]) -> None:
+        """Take what the users perform, and what six-point tracking makes of it."""
+        self._sessions = {height: [one for one in sessions if one.height == height] for height in HEIGHTS}
+        self._hidden = {}
+        self._found: dict[tuple[int, str], list[Scores]] = {}
+        for height, own in self._sessions.items():
+            lost, self._hidden[height] = six_point(own, lost=True)
+            self._score(height, PERFECT_FEET, six_point(own, lost=False)[0])
+            self._score(height, LOST_FEET, lost)
+            self._score(height, TRUTH, [Predicted(one.clip.legs) for one in own])
+
+    def add(self, how: str, model: LobstrModel, perfect: Scores) -> None:
+        """Take one seed of a network, its state carried as live: rotations of trackers compensated alone, and their places too.
+
+        Args:
+            how: What tells its rows from others.
+            model: Trained.
+            perfect: What was measured of it with perfect trackers.
+        """
+        for height, own in self._sessions.items():
+            for places in (False, True):
+                predicted = predict(model, [one.joints(places) for one in own], carried=True)
+                scores = self._score(height, how + PLACES * places, predicted)
+                scores["toe_position_growth"] = scores["toe_position_error"] - own[0].size * perfect["toe_position_error_carried"]
+
+    def rows(self) -> Iterator[tuple[str, list[Scores], dict[str, float]]]:
+        """Yield name, seeds and published values of each row, user by user, networks first."""
+        ordered = sorted(self._found.items(), key=lambda one: one[0][1] in (PERFECT_FEET, LOST_FEET, TRUTH))
+        for height in HEIGHTS:
+            for (whose, how), seeds in ordered:
+                if whose == height:
+                    yield user_row(height, how), seeds, TABLE_3.get((height, how), {})
+
+    def _score(self, height: int, how: str, predicted: Sequence[Predicted]) -> Scores:
+        scores = score_sessions(self._sessions[height], predicted, self._hidden[height])
+        self._found.setdefault((height, how), []).append(scores)
+        return scores

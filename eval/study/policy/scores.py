@@ -1,0 +1,45 @@
+"""What the policy studies measure of a policy: Table 4.4 through simulated suits and as recorded, over all rollouts and by folder."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from envs.mimic.spec import MimicSpec
+from eval.study.policy.test_clips import UnseenClips
+from trainers.data.training_motions import PreparedMotions
+from trainers.evaluation.protocol import Act, play
+
+MEASURES = ("episode_length_ratio", "sr90", "root_mse", "max_reward_ratio")  # of Table 4.4
+BY_FOLDER = ("episode_length_ratio", "sr90")
+TRUTH = "root_mse_truth"
+RECORDED = "recorded_"  # before the names of what is measured on clips as recorded; the table's are through suits
+Scores = dict[str, float]
+
+
+def score_policy(act: Act, spec: MimicSpec, tested: Sequence[UnseenClips], threads: int) -> Scores:
+    """Return means over all rollouts and, but for a share, their standard deviation; means over those of each folder.
+
+    Args:
+        act: The policy.
+        spec: Variant of the task that it was trained for.
+        tested: Clips, all through suits and all as recorded.
+        threads: Native threads.
+    """
+    scores: Scores = {}
+    for suited in (True, False):
+        found = {one.source: play(act, one.library, spec, one.rollouts, threads) for one in tested if one.suited == suited}
+        before = "" if suited else RECORDED
+        for name in (*MEASURES, TRUTH) if suited else MEASURES:
+            values = np.concat([metrics[name] for metrics in found.values()])
+            scores[f"{before}{name}"] = float(values.mean())
+            if name != "sr90":
+                scores[f"{before}{name}_std"] = float(values.std())
+        scores |= {f"{before}{name}_{source}": float(metrics[name].mean()) for source, metrics in found.items() for name in BY_FOLDER}
+    return scores
+
+
+def size_of(motions: PreparedMotions) -> Scores:
+    """Return how many recordings a training learns from, and how many frames they hold."""
+    drawn = [clip for clip, weight in zip(motions.training.clips, motions.weights, strict=True) if weight > 0.0]
+    recordings = {clip.name.partition("#")[0] + clip.system for clip in drawn}
+    return {"assets": float(len(recordings)), "frames": float(sum(clip.frames for clip in drawn))}

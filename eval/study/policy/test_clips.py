@@ -1,0 +1,118 @@
+"""Clips of the policy studies: those of each training set, and those of performers that no training saw."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from configs.errors import InputError
+from datasets.library.motion_library import ClipInfo, MotionLibrary
+from datasets.library.sources import find_files, unique_names
+from eval.study.root.study import TRAINED_ON
+from eval.study.root.test_takes import FOLDERS
+from trainers.algorithms.ppo_config import DataConfig
+from trainers.data.training_motions import PreparedMotions, prepare_motions
+from trainers.evaluation.protocol import Rollouts, protocol
+
+SUIT = "imu_suit"
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class UnseenClips:
+    """Clips that policies are tested on.
+
+    Attributes:
+        source: "cmu" or "bandai".
+        suited: Whether they are seen through simulated suits, else as recorded.
+        library: The clips.
+        rollouts: Of the protocol.
+        too_short: Names of the clips that the protocol leaves out.
+    """
+
+    source: str
+    suited: bool
+    library: MotionLibrary
+    rollouts: Rollouts
+    too_short: tuple[str, ...]
+
+
+def half_of(clips: Iterable[ClipInfo]) -> set[str]:
+    """Return the names of about half of the frames of all performers: in turns, by performer and name.
+
+    Args:
+        clips: As recorded; pieces of one recording count as one, under its name.
+    """
+    frames: dict[tuple[str, str], int] = {}
+    for clip in clips:
+        recording = clip.performer, clip.name.partition("#")[0]
+        frames[recording] = frames.get(recording, 0) + clip.frames
+    seen, taken, names = 0, 0, set()
+    for performer, name in sorted(frames):
+        count = frames[performer, name]
+        seen += count
+        if taken + count / 2 <= seen / 2:  # nearer to half with it than without it
+            taken += count
+            names.add(name)
+    return names
+
+
+def divide(config: DataConfig, folder: Path, cache: Path, say: Say) -> tuple[str, set[str]]:
+    """Leave half of the training clips in a folder of their own; return the performer who is held out, and all performers.
+
+    Args:
+        config: Of the trainings with all clips.
+        folder: Of the half.
+        cache: Folder of prepared motion.
+        say: Told in a line what happens.
+    """
+    whole = prepare_motions(config, cache, say)
+    link_half(whole, Path(config.motions), folder)
+    return whole.held_out, {clip.performer for clip in (*whole.training.clips, *whole.holdout.clips)}
+
+
+def link_half(whole: PreparedMotions, source: Path, folder: Path) -> None:
+    """Fill a folder with links to half of the recordings of a folder, and to all of the performer who is held out.
+
+    Args:
+        whole: What the source holds.
+        source: Folder of recordings.
+        folder: Of the links.
+    """
+    wanted = half_of(clip for clip in whole.training.clips if clip.system != SUIT)
+    wanted |= {clip.name.partition("#")[0] for clip in whole.holdout.clips}
+    files = find_files(source)
+    folder.mkdir(parents=True, exist_ok=True)
+    for old in folder.iterdir():
+        old.unlink()
+    for file, name in zip(files, unique_names(files), strict=True):
+        if name in wanted:
+            (folder / f"{name.replace('/', '_')}{file.suffix}").symlink_to(file.resolve())
+
+
+def find_unseen(data: Path, config: DataConfig, performers: set[str], cache: Path, say: Say) -> list[UnseenClips]:
+    """Return the clips of the test folders whose performers are in no training set, through simulated suits and as recorded.
+
+    Args:
+        data: Folder of real motion.
+        config: Of the trainings, whose suits and roots these are.
+        performers: Of all training clips.
+        cache: Folder of prepared motion.
+        say: Told in a line what happens.
+
+    Raises:
+        InputError: If a folder holds no clip of an unseen performer that is long enough.
+    """
+    found = []
+    for folder in FOLDERS:
+        tested = replace(config, motions=str((data / folder).resolve()), holdout="none")
+        library = prepare_motions(tested, cache, say).training
+        for suited in (True, False):
+            wanted = [clip.performer not in performers and (clip.system == SUIT) == suited for clip in library.clips]
+            if not any(wanted):
+                raise InputError(f"{data / folder} holds no clip of a performer who is not in {TRAINED_ON} too")
+            chosen = library.select(wanted)
+            rollouts, too_short = protocol(chosen)
+            if not len(rollouts.clip):
+                raise InputError(f"{data / folder} holds no clip that is long enough for the protocol")
+            found.append(UnseenClips(Path(folder).parent.name, suited, chosen, rollouts, tuple(too_short)))
+    return found

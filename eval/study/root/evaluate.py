@@ -1,0 +1,126 @@
+"""Runs root models, and what needs no training, over the test takes and the real walk."""
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from agents.root.model import RootModel
+from agents.root.path import FULL_ORDER, root_path
+from agents.root.reconstruct import filtered_path
+from agents.weights.pretrained import WEIGHTS
+from datasets.imu.root_features import root_frames
+from eval.metrics.root_path import distance_ratio, drift, e_mse, motionless
+from eval.study.root.scores import Paths, Scores, score, trajectory_errors
+from eval.study.root.test_takes import IMU, OPTICAL, Take, Takes
+from eval.study.root.variants import MOTIONLESS, OWN_ROOT, WALK_CONTACTS, WALK_OWN_ROOT
+from eval.study.suit.vicon_walk import RealWalk, contact_root, turned_onto
+
+FILTERED = ("e_mse", "drift", "distance_ratio", "stairs_error")  # measured after the filters as well
+
+
+class Examined(NamedTuple):
+    """What was measured of one model.
+
+    Attributes:
+        poses: That it was tested on.
+        scores: Every measure.
+        paths: Of the takes with these poses.
+    """
+
+    poses: str
+    scores: Scores
+    paths: Paths
+
+
+def examine(model: RootModel, poses: str, takes: Takes, walk: RealWalk) -> Examined:
+    """Return everything that is measured of a model.
+
+    Args:
+        model: Trained.
+        poses: That it is tested on; with those of suits Root3D is tried on the real walk as well.
+        takes: All test takes.
+        walk: The real one.
+    """
+    tested = takes[poses]
+    paths = paths_of(model, tested)
+    found = score(tested, paths, model.spec.vertical == "height")
+    if model.spec.steps_ahead:
+        found |= _filtered(model, tested, paths)
+        if model.spec.accelerations:
+            found |= _orders(model, tested)
+        if poses == IMU:
+            found |= _walk_of(model, walk)
+        return Examined(poses, found, paths)
+    found = {name: value for name, value in found.items() if not name.startswith("stairs_")}  # planar models know level ground alone
+    if poses == OPTICAL:
+        found["e_mse_on_imu_poses"] = float(trajectory_errors(takes[IMU], paths_of(model, takes[IMU])).mean())
+    return Examined(poses, found, paths)
+
+
+def paths_of(model: RootModel, takes: Iterable[Take], order: int = FULL_ORDER) -> list[np.ndarray]:
+    """Return the path (N, 3) [m] that a model reads from each take; all begin where the truth begins."""
+    return [root_path(model, take.frames, take.truth.root_position[0], order) for take in takes]
+
+
+def peers(takes: Takes, walk: RealWalk) -> dict[str, Examined]:
+    """Return what is measured of a root that never moves, of the simulated suit's own, and of the models in the package."""
+    still = [motionless(take.truth.root_position) for take in takes[OPTICAL]]
+    own = [take.seen.root_position for take in takes[IMU]]
+    found = {
+        MOTIONLESS: Examined(OPTICAL, score(takes[OPTICAL], still, False), still),
+        OWN_ROOT: Examined(IMU, score(takes[IMU], own, False), own),
+    }
+    shipped = {"planar": "planar model, {} poses", "root3d": "Root3D, {} poses and accelerations", "root3d_pose": "Root3D, {} poses alone"}
+    for file, name in shipped.items():
+        model, card = RootModel.load(WEIGHTS / f"{file}.safetensors")
+        for poses in (OPTICAL, IMU):
+            one = examine(model, poses, takes, walk)
+            one.scores.update(samples=float(card["windows"]), minutes=60.0 * card["hours"])
+            found["as shipped: " + name.format("IMU" if poses == IMU else poses)] = one
+    return found
+
+
+def walk_peers(walk: RealWalk) -> dict[str, Scores]:
+    """Return the same measures of the real walk for what needs no model."""
+    return {
+        "the real walk, motionless": walk_scores(motionless(walk.truth), walk.truth),
+        WALK_OWN_ROOT: walk_scores(walk.motion.root_position, walk.truth),
+        WALK_CONTACTS: walk_scores(contact_root(walk), walk.truth),
+    }
+
+
+def walk_scores(path: np.ndarray, truth: np.ndarray, suffix: str = "") -> Scores:
+    """Return drift and e_mse of a path of the real walk: as its pelvis faces, and turned onto the truth."""
+    turned = turned_onto(path, truth)
+    return {
+        f"walk_drift{suffix}": drift(path, truth),
+        f"walk_drift_turned{suffix}": drift(turned, truth),
+        f"walk_e_mse{suffix}": e_mse(path, truth),
+        f"walk_e_mse_turned{suffix}": e_mse(turned, truth),
+        f"walk_distance_ratio{suffix}": distance_ratio(path, truth, 100.0),
+    }
+
+
+def _walk_of(model: RootModel, walk: RealWalk) -> Scores:
+    frames = root_frames(walk.motion, walk.accelerations)
+    path = root_path(model, frames, walk.truth[0])
+    held = filtered_path(path, walk.motion, frames if model.spec.accelerations else None)
+    return walk_scores(path, walk.truth) | walk_scores(held, walk.truth, "_filtered")
+
+
+def _filtered(model: RootModel, takes: list[Take], paths: Paths) -> Scores:
+    held = [
+        filtered_path(path, take.seen, take.frames if model.spec.accelerations else None) for take, path in zip(takes, paths, strict=True)
+    ]
+    found = score(takes, held, absolute_height=False)
+    return {f"{name}_filtered": found[name] for name in FILTERED if name in found}
+
+
+def _orders(model: RootModel, takes: list[Take]) -> Scores:
+    """Return mean and standard deviation of e_mse over windows for every order w of F_w (thesis figure 3.2)."""
+    found: Scores = {}
+    for order in range(FULL_ORDER + 1):
+        errors = trajectory_errors(takes, paths_of(model, takes, order))
+        found |= {f"e_mse_w{order}": float(errors.mean()), f"e_mse_std_w{order}": float(errors.std())}
+    return found

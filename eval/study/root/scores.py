@@ -1,0 +1,149 @@
+"""How well paths of the root follow the truth of test takes: all measures of the root study as plain numbers."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from datasets.imu.root_features import RATE
+from eval.metrics.root_path import distance_ratio, drift, e_mse, end_error, error_after, frame_errors, travelling_windows
+from eval.study.root.test_takes import Take
+
+METRES = range(1, 8)  # travelled by the truth
+GAITS = ("walk", "run", "jog", "dash")  # kinds of clips
+DANCES = ("salsa", "dance", "indian")
+SLOWED = "cmu_05_01_mh165"  # filed as 25 fps, recorded with 120: plays 4.8 times too slowly
+LONG = 10.0  # s, of clips in which a height has time to drift
+AXES = "flv"  # forward, lateral, vertical
+
+Scores = dict[str, float]
+Paths = Sequence[np.ndarray]  # one (N, 3) [m] of each take
+
+
+def score(takes: Sequence[Take], paths: Paths, absolute_height: bool) -> Scores:
+    """Return every measure that the takes have something for.
+
+    Args:
+        takes: Recorded ones and stairs.
+        paths: Of the pelvis, one of each take.
+        absolute_height: Whether the paths' heights are predicted rather than added up.
+    """
+    both = list(zip(takes, paths, strict=True))
+    recorded = [(take, path) for take, path in both if take.recorded]
+    found = _trajectories(recorded) | _frames(recorded, absolute_height) | _heights(recorded)
+    for metres in METRES:
+        errors = [error_after(path, take.truth.root_position, metres) for take, path in recorded]
+        found[f"error_after_{metres}m"] = _mean([error for error in errors if not np.isnan(error)])
+    found |= _performers(recorded) | _stairs([(take, path) for take, path in both if take.climbs])
+    return {name: value for name, value in found.items() if not np.isnan(value)}
+
+
+def trajectory_errors(takes: Sequence[Take], paths: Paths, wanted: Callable[[Take], bool] = lambda _: True) -> np.ndarray:
+    """Return e_mse [m^2] of all 10 s windows in which the root of a recorded take travels."""
+    both = [(take, path) for take, path in zip(takes, paths, strict=True) if take.recorded and wanted(take)]
+    return np.array(_windowed(both, e_mse))
+
+
+def error_table(takes: Sequence[Take], paths: Paths, absolute_height: bool) -> np.ndarray:
+    """Return the errors of all frames of recorded takes forward, left and up [cm per frame], an absolute height's in cm; (frames, 3)."""
+    errors = [
+        frame_errors(path, take.truth.root_position, take.heading, absolute_height)
+        for take, path in zip(takes, paths, strict=True)
+        if take.recorded
+    ]
+    return 100.0 * np.concat(errors)
+
+
+Both = list[tuple[Take, np.ndarray]]
+
+
+def _windowed(both: Both, measure: Callable[[np.ndarray, np.ndarray], float]) -> list[float]:
+    """Return a measure of path and truth in every window in which the truth travels."""
+    return [
+        measure(path[part], take.truth.root_position[part])
+        for take, path in both
+        for part in travelling_windows(take.truth.root_position, RATE)
+    ]
+
+
+def _trajectories(both: Both) -> Scores:
+    errors = np.array(_windowed(both, e_mse))
+    some: dict[str, Callable[[Take], bool]] = {
+        "cmu": lambda take: take.truth.name.startswith("cmu"),
+        "bandai": lambda take: take.truth.name.startswith("bnr"),
+        "without_slowed": lambda take: take.truth.name != SLOWED,
+        "gaits": lambda take: take.truth.kind in GAITS,
+        "dances": lambda take: take.truth.kind in DANCES,
+    }
+    found = {"e_mse": _mean(errors), "e_mse_std": float(np.std(errors)) if len(errors) else np.nan, "e_mse_median": _median(errors)}
+    for name, wanted in some.items():
+        found[f"e_mse_{name}"] = _mean(_windowed([(take, path) for take, path in both if wanted(take)], e_mse))
+    for name in ("gaits", "dances"):
+        chosen = [(take, path) for take, path in both if some[name](take)]
+        found[f"end_error_{name}"] = 100.0 * _mean(_windowed(chosen, _horizontal))
+    found["end_error"] = 100.0 * _mean(_windowed(both, _horizontal))
+    found["drift"] = _mean(_windowed(both, drift))
+    found["distance_ratio"] = _mean(_windowed(both, lambda path, truth: distance_ratio(path, truth, RATE)))
+    return found
+
+
+def _horizontal(path: np.ndarray, truth: np.ndarray) -> float:
+    return end_error(path, truth, axes=2)
+
+
+def _frames(both: Both, absolute_height: bool) -> Scores:
+    """Return mean and standard deviation of each frame's error by axis (thesis Table 2.1)."""
+    if not both:
+        return {}
+    errors = error_table([take for take, _ in both], [path for _, path in both], absolute_height)
+    means, deviations = errors.mean(axis=0), errors.std(axis=0)
+    return {f"mu_{axis}": float(m) for axis, m in zip(AXES, means, strict=True)} | {
+        f"sigma_{axis}": float(s) for axis, s in zip(AXES, deviations, strict=True)
+    }
+
+
+def _heights(both: Both) -> Scores:
+    """Return errors of the height [cm]: in both halves of long clips, and of clips with jumps in the air and on the ground."""
+    errors = [(take, 100.0 * np.abs(path[:, 2] - take.truth.root_position[:, 2])) for take, path in both]
+    halves = [np.array_split(error, 2) for take, error in errors if take.truth.seconds >= LONG]
+    jumps = [(take, error) for take, error in errors if take.truth.kind == "jump"]
+    return {
+        "height_error_first_half": _mean([half.mean() for half, _ in halves]),
+        "height_error_second_half": _mean([half.mean() for _, half in halves]),
+        "height_error_on_ground": _mean([error[~take.airborne].mean() for take, error in jumps]),
+        "height_error_in_air": _mean([error[take.airborne].mean() for take, error in jumps if take.airborne.any()]),
+    }
+
+
+def _performers(both: Both) -> Scores:
+    """Return drift [ratio] and the mean vertical error [cm/s] of each performer."""
+    found: Scores = {}
+    for performer in sorted({take.truth.performer for take, _ in both}):
+        of = [(take, path) for take, path in both if take.truth.performer == performer]
+        found[f"drift_of_{performer}"] = _mean(_windowed(of, drift))
+        rises = [100.0 * _gained(path, take.truth.root_position) / take.truth.seconds for take, path in of]
+        found[f"rise_of_{performer}"] = _mean(rises)
+    return found
+
+
+def _stairs(both: Both) -> Scores:
+    """Return how wrong the height [cm] is at the end of stairs, and the height gained or lost over the true one [ratio]."""
+    truths = [take.truth.root_position for take, _ in both]
+    errors = [_gained(path, truth) for (_, path), truth in zip(both, truths, strict=True)]
+    climbs = [truth[-1, 2] - truth[0, 2] for truth in truths]
+    return {
+        "stairs_error": 100.0 * _mean(np.abs(errors)),
+        "stairs_ratio": _mean([1.0 + error / climb for error, climb in zip(errors, climbs, strict=True)]),
+    }
+
+
+def _gained(path: np.ndarray, truth: np.ndarray) -> float:
+    """Return by how much too much height [m] a path gains from its first to its last frame."""
+    return float((path[-1, 2] - path[0, 2]) - (truth[-1, 2] - truth[0, 2]))
+
+
+def _mean(values: Sequence[float] | np.ndarray) -> float:
+    return float(np.mean(values)) if len(values) else float("nan")
+
+
+def _median(values: np.ndarray) -> float:
+    return float(np.median(values)) if len(values) else float("nan")

@@ -1,0 +1,49 @@
+"""What root models see of a clip, by hand."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from configs.errors import InputError
+from datasets.imu.root_features import face_forward, root_frames
+from datasets.motion.humanoid import NAMES
+from tests.builders import posed
+
+
+def test_joints_are_about_the_pelvis_and_the_root_is_the_truths() -> None:
+    clip = posed({}, frames=61, height=2.0)
+    truth = replace(clip, root_position=clip.root_position + np.array([5.0, 0.0, 0.0]))
+    frames = root_frames(clip, None, truth)
+    assert len(frames.heading) == 101  # a second at 60 fps and its end, at 100 Hz
+    # The left foot of the T-pose: hip 0.09 aside and 0.03 down, thigh 0.42, shin 0.41.
+    np.testing.assert_allclose(frames.joints[50, NAMES.index("foot_l")], [0.0, 0.09, -0.86], atol=1e-6)
+    np.testing.assert_allclose(frames.root[50], [5.0, 0.0, 2.0], atol=1e-6)
+    np.testing.assert_allclose(frames.com[50] - frames.root[50], frames.centre[50], atol=1e-6)
+    assert not frames.accelerations.any()
+
+
+def test_accelerations_may_be_one_sample_short() -> None:
+    clip = posed({}, frames=61)
+    assert root_frames(clip, np.full((100, 19, 3), 0.5)).accelerations.shape == (101, 19, 3)
+    with pytest.raises(InputError, match=r"posed: accelerations have shape \(99, 19, 3\), should be \(101, 19, 3\)"):
+        root_frames(clip, np.zeros((99, 19, 3)))
+
+
+def test_a_gap_in_the_accelerations_is_named() -> None:
+    accelerations = np.zeros((101, 19, 3))
+    accelerations[7, 0, 2] = np.nan
+    with pytest.raises(InputError, match="posed: acceleration of pelvis at sample 7 is not a finite number"):
+        root_frames(posed({}, frames=61), accelerations)
+
+
+def test_gravity_that_was_left_in_is_noticed() -> None:
+    accelerations = np.zeros((101, 19, 3))
+    accelerations[..., 2] = 9.81
+    with pytest.raises(InputError, match=r"the pelvis accelerates by 9.8 m/s\^2 upwards on average, should be near 0"):
+        root_frames(posed({}, frames=61), accelerations)
+
+
+def test_facing_forward_turns_about_the_vertical() -> None:
+    turned = face_forward(np.array([[[0.0, 2.0, 3.0]], [[1.0, 0.0, 0.0]]]), np.array([np.pi / 2, np.pi / 2]))
+    np.testing.assert_allclose(turned, [[[2.0, 0.0, 3.0]], [[0.0, -1.0, 0.0]]], atol=1e-12)

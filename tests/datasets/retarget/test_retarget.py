@@ -1,0 +1,194 @@
+"""From any skeleton to the 20 bodies: the same motion comes out whatever the skeleton's fashion."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from datasets.formats.bvh import Bvh
+from datasets.motion.clip import BodyMotion
+from datasets.motion.humanoid import NAMES, hinge_angles, local_rotations
+from datasets.motion.kinematics import body_poses, lowest_points
+from datasets.motion.rotation import angle, conjugate, multiply, rotate
+from datasets.retarget.performer_clip import capture, read_capture
+from datasets.retarget.retarget import Retargeted, retarget
+from datasets.retarget.retarget_error import measure
+from tests.builders import STANDING, as_bvh, hinge, lively, posed
+
+
+def _turned(limbs: tuple[str, ...], axis: str, degrees_left: float, degrees_right: float) -> dict[str, Rotation]:
+    """Return frames of both sides' limbs turned about one axis."""
+    sides = {"l": degrees_left, "r": degrees_right}
+    return {f"{limb}_{side}": Rotation.from_euler(axis, angle, degrees=True) for limb in limbs for side, angle in sides.items()}
+
+
+# Frames as rigs without a human rest pose have them: x along the bone, which is down in legs, sideways in arms, up in the torso
+ALONG_BONES = {
+    **dict.fromkeys(("pelvis", "spine", "chest", "head"), Rotation.from_euler("y", -90, degrees=True)),
+    **_turned(("thigh", "shin"), "y", 90, 90),
+    **_turned(("foot", "toe"), "y", 40, 40),
+    **_turned(("collar", "upper_arm", "forearm", "hand"), "z", 90, -90),
+}
+SPLAYED = _turned(("thigh", "shin"), "x", -20, 20)  # as CMU's: the zero pose has the legs splayed
+
+
+def retargeted(bvh: Bvh) -> Retargeted:
+    return retarget(capture(bvh, "clip"))
+
+
+def largest_turn(a: np.ndarray, b: np.ndarray) -> float:
+    """Return the largest angle [rad] between rotations of the same shape."""
+    return float(angle(multiply(conjugate(a), b)).max())
+
+
+@pytest.mark.parametrize("frames", [{}, SPLAYED, ALONG_BONES], ids=["t-pose", "splayed", "along-bones"])
+@pytest.mark.parametrize(("unit", "up"), [(0.01, "y"), (0.056444, "z")])
+def test_our_own_skeleton_in_any_fashion_gives_the_same_motion(frames: dict[str, Rotation], unit: float, up: str) -> None:
+    clip = lively()
+    result = retargeted(as_bvh(clip, unit, up, frames))
+    assert result.scale == pytest.approx(1.0)
+    assert result.lift == pytest.approx(0.0, abs=1e-6)
+    np.testing.assert_allclose(result.motion.root_position, clip.root_position, atol=1e-6)
+    assert largest_turn(result.motion.local_rotations, clip.local_rotations) < 1e-4
+    assert result.calibration.rest_is_human == (frames is not ALONG_BONES)
+
+
+def test_every_frame_is_one_that_the_hinges_can_take() -> None:
+    motion = retargeted(as_bvh(lively(seed=3))).motion
+    again = local_rotations(motion.local_rotations[:, 0], hinge_angles(motion.local_rotations))
+    same = np.abs(np.sum(again * motion.local_rotations, axis=-1))
+    np.testing.assert_allclose(same, 1.0, atol=1e-9)
+
+
+def test_size_place_and_heading_do_not_matter_and_can_be_undone() -> None:
+    clip = lively()
+    turn = Rotation.from_euler("z", 130, degrees=True)
+    local = clip.local_rotations.copy()
+    local[:, 0] = (turn * Rotation.from_quat(local[:, 0], scalar_first=True)).as_quat(scalar_first=True)
+    root = turn.apply(clip.root_position.copy()) + np.array([3.0, -2.0, 0.5])
+    moved = BodyMotion(1.4 * root, local, clip.fps, "moved")
+    bvh = as_bvh(moved)
+    larger = replace(bvh, offsets=1.4 * bvh.offsets)
+    result = retargeted(larger)
+    np.testing.assert_allclose(result.motion.root_position, clip.root_position, atol=1e-6)
+    assert largest_turn(result.motion.local_rotations, clip.local_rotations) < 1e-4
+    # 1 / 1.4 of the size; the pelvis began at (3, -2) in our size, 0.5 m too high, heading 130 degrees
+    assert result.scale == pytest.approx(1 / 1.4)
+    np.testing.assert_allclose(result.origin, (3.0, -2.0), atol=1e-6)
+    assert result.yaw == pytest.approx(np.radians(130))
+    assert result.lift == pytest.approx(-0.5, abs=1e-6)
+    np.testing.assert_allclose(result.place(moved.root_position), result.motion.root_position, atol=1e-6)
+
+
+def test_directions_of_limbs_are_the_performers_when_proportions_differ() -> None:
+    bvh = as_bvh(lively(seed=5))
+    offsets = bvh.offsets.copy()
+    for joint, factor in {"LeftLeg": 0.8, "LeftFoot": 1.2, "RightLeg": 0.8, "RightFoot": 1.2, "LeftForeArm": 1.3, "RightHand": 0.7}.items():
+        offsets[bvh.names.index(joint)] *= factor
+    result = retargeted(replace(bvh, offsets=offsets))
+    ours, _ = body_poses(result.motion)
+    motion = result.capture.motion
+    theirs, _ = body_poses(lively(seed=5))
+    bent = np.abs(hinge_angles(result.motion.local_rotations)[:, hinge("shin_l_y")]) > np.radians(50)
+    assert bent.sum() > 20
+    for upper, lower in (("upper_arm_l", "forearm_l"), ("forearm_l", "hand_l"), ("upper_arm_r", "forearm_r"), ("forearm_r", "hand_r")):
+        a, b = NAMES.index(upper), NAMES.index(lower)
+        np.testing.assert_allclose(_unit(ours[:, b] - ours[:, a])[bent], _unit(theirs[:, b] - theirs[:, a])[bent], atol=1e-4)
+    # thigh 0.8 x 0.42 and shin 1.2 x 0.41 are 0.828 m of leg; ankles stay where the performer's are, but for that different knee
+    assert result.scale == pytest.approx(0.83 / 0.828)
+    errors = measure(result).error_local
+    assert errors[[NAMES.index("foot_l"), NAMES.index("foot_r")]].max() < 0.005
+    assert len(motion) == len(result.motion)
+
+
+def _unit(v: np.ndarray) -> np.ndarray:
+    return v / np.linalg.norm(v, axis=-1, keepdims=True)
+
+
+def test_knees_bend_backward_and_elbows_forward() -> None:
+    bends = {"shin_l_y": 60.0, "shin_r_y": 60.0, "forearm_l_z": -90.0, "forearm_r_z": 90.0}
+    result = retargeted(as_bvh(posed(bends | {"thigh_l_y": -30.0, "thigh_r_y": -30.0})))
+    angles = np.degrees(hinge_angles(result.motion.local_rotations))[0]
+    assert {name: angles[hinge(name)] for name in bends} == pytest.approx(bends, abs=0.1)
+
+
+def test_a_straight_knee_keeps_the_twist_of_its_thigh_although_noise_bends_it_anyhow() -> None:
+    rng = np.random.default_rng(0)
+    clip = lively()
+    bvh = as_bvh(posed({}, frames=len(clip)))
+    values = bvh.values.copy()
+    column = {name: 3 + 3 * joint for joint, name in enumerate(bvh.names)}  # of each joint's first rotation
+    knee = column["LeftLeg"]
+    values[:, knee : knee + 3] += rng.normal(0.0, 1.0, (len(values), 3))  # one degree
+    result = retargeted(replace(bvh, values=values))
+    thigh = result.motion.local_rotations[:, NAMES.index("thigh_l")]
+    twist = np.degrees(2 * np.arctan2(thigh[:, 3], thigh[:, 0]))  # about its bone, which is z
+    assert np.abs(twist).max() < 1.0
+
+
+def test_without_toe_joints_the_toe_is_in_line_with_the_foot() -> None:
+    clip = lively()
+    result = retargeted(as_bvh(clip, without=("toe_l", "toe_r")))
+    assert largest_turn(result.motion.local_rotations, clip.local_rotations) < 1e-4
+
+
+def test_a_toe_gives_way_to_the_ground() -> None:
+    """Heels raised by 30 degrees after standing: the balls stay on the ground, so the toes must bend up by 30 degrees.
+
+    The ball's underside is 0.13 m ahead of and 0.08 m below the ankle, so the ankle rises from 0.08 m by
+    0.13 sin 30 + 0.08 cos 30 - 0.08 = 0.0543 m.
+    """
+    standing, raised = posed({}, 60), posed({"foot_l_y": 30.0, "foot_r_y": 30.0}, 60, STANDING + 0.0543)
+    root = np.concatenate([standing.root_position, raised.root_position])
+    root[60:, 0] = np.linspace(0, 4, 60)  # too fast to be taken for standing
+    clip = BodyMotion(root, np.concatenate([standing.local_rotations, raised.local_rotations]), 60.0, "raised")
+    result = retargeted(as_bvh(clip))
+    angles = np.degrees(hinge_angles(result.motion.local_rotations))
+    np.testing.assert_allclose(angles[:58, hinge("toe_l_y")], 0.0, atol=0.1)
+    np.testing.assert_allclose(angles[62:, hinge("toe_l_y")], -30.0, atol=0.2)
+    # the toe's joint is 0.02 m above the ball's underside, along the tilted foot: 0.02 (cos 30 - 1)
+    assert lowest_points(*body_poses(result.motion))[62:].min() == pytest.approx(-0.0027, abs=1e-4)
+
+
+def test_a_file_whose_hips_never_move_has_no_root() -> None:
+    # Ours is moved about the file's hips as they turn, so it is the file that has to tell.
+    moving = lively()
+    assert retarget(capture(as_bvh(moving), "moving")).motion.rooted
+    pinned = replace(moving, root_position=np.tile([0.3, 0.2, 0.9], (len(moving), 1)))
+    assert not retarget(capture(as_bvh(pinned), "pinned")).motion.rooted
+
+
+def test_the_ground_is_under_the_standing_feet() -> None:
+    sunk = posed({}, height=STANDING - 0.11)
+    result = retargeted(as_bvh(sunk))
+    assert result.lift == pytest.approx(0.11, abs=1e-6)
+    np.testing.assert_allclose(result.motion.root_position[:, 2], STANDING, atol=1e-6)
+
+
+def test_soles_are_level_although_the_rest_pose_has_them_tilted() -> None:
+    tilted = {f"foot_{side}": Rotation.from_euler("xy", [10, 25], degrees=True) for side in "lr"}
+    result = retargeted(as_bvh(posed({}), frames=tilted))
+    _, rotations = body_poses(result.motion)
+    up = rotate(rotations[:, NAMES.index("foot_l")], np.broadcast_to((0.0, 0.0, 1.0), (len(rotations), 3)))
+    np.testing.assert_allclose(up[:, 2], 1.0, atol=1e-9)
+
+
+def test_a_foot_without_toe_or_end_site_points_where_the_hips_do() -> None:
+    bvh = as_bvh(posed({}), without=("toe_l", "toe_r"))
+    result = retargeted(replace(bvh, end_sites=((),) * len(bvh.names)))
+    assert largest_turn(result.motion.local_rotations, posed({}).local_rotations) < 1e-6
+
+
+@pytest.mark.shared_data
+@pytest.mark.parametrize(
+    "file",
+    ["cmu/train/cmu_12_01.bvh", "cmu/train/cmu_16_12_60fps.bvh", "mit/imu/rokoko_jesse_dance.bvh", "gpl/imu/xsens_neura_S02_walk1.bvh"],
+)
+def test_real_performers_ankles_are_met_and_knees_bend_backward(shared_data: Path, file: str) -> None:
+    result = retarget(read_capture(shared_data / file))
+    fidelity = measure(result)
+    assert fidelity.error_local[[NAMES.index("foot_l"), NAMES.index("foot_r")]].max() < 0.01
+    angles = np.degrees(hinge_angles(result.motion.local_rotations))
+    assert np.percentile(angles[:, [hinge("shin_l_y"), hinge("shin_r_y")]], 1) > -10.0

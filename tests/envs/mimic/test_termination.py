@@ -1,0 +1,77 @@
+"""When an episode is over: the thresholds, by hand."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from datasets.motion.body_state import BodyState
+from envs.mimic.reward import discount
+from envs.mimic.termination import fallen, lost
+from tests.envs.states import body, observed_of, random_state, t_pose, tensors
+
+# Heights of the origins at which the upright shapes' lowest points would stand on the ground, z + end - radius = 0:
+# pelvis 0.02 - 0.09, spine 0.07 - 0.09, chest 0.11 - 0.11, head 0.13 - 0.10.
+STANDS_AT = {"pelvis": 0.07, "spine": 0.02, "chest": 0.0, "head": -0.03}
+
+
+def lowered(*names: str, above: float = 0.0) -> BodyState:
+    """Return a T-pose with the named spinal bodies ``above`` the ground [m]."""
+    state = t_pose()
+    for name in names:
+        state.pos[0, body(name), 2] = STANDS_AT[name] + above
+    return state
+
+
+@pytest.mark.parametrize(("distance", "expected"), [(0.0, False), (0.9107, False), (0.9108, True), (5.0, True)])
+def test_reference_is_lost(distance: float, expected: bool) -> None:
+    # 1.3 - 1.4 d < 0.025 where d > 1.275 / 1.4 = 0.910714 m.
+    agent = t_pose()
+    agent.pos[0, body("head"), 1] += distance
+    assert bool(lost(discount(agent, observed_of(t_pose())))[0]) is expected
+
+
+@pytest.mark.parametrize(
+    ("names", "expected"),
+    [
+        ((), False),
+        (("pelvis", "spine"), False),
+        (("chest", "head"), False),
+        (("pelvis", "spine", "chest"), True),
+        (("pelvis", "chest", "head"), True),
+        (("pelvis", "spine", "chest", "head"), True),
+    ],
+)
+def test_three_spinal_bodies_on_the_ground(names: tuple[str, ...], expected: bool) -> None:
+    assert bool(fallen(lowered(*names))[0]) is expected
+
+
+@pytest.mark.parametrize(("above", "expected"), [(-0.02, True), (0.004, True), (0.006, False)])
+def test_touching_is_nearer_than_five_millimetres(above: float, expected: bool) -> None:
+    assert bool(fallen(lowered("pelvis", "spine", "chest", above=above))[0]) is expected
+
+
+def test_limbs_on_the_ground_are_no_fall() -> None:
+    state = t_pose()
+    state.pos[0, 4:, 2] = 0.0
+    assert not fallen(state)[0]
+
+
+def test_lying_on_the_side() -> None:
+    # Rolled by 90 degrees the left end of each rod, 0.07, 0.05 and 0.06 out, points up or down; with the radii 0.09, 0.09 and 0.11
+    # the lowest points are 0.16, 0.14 and 0.17 under the origins.
+    state = t_pose()
+    state.rot[0, :4] = Rotation.from_euler("x", 90, degrees=True).as_matrix()
+    state.pos[0, :3, 2] = [0.16, 0.14, 0.17]
+    assert fallen(state)[0]
+    state.pos[0, 2, 2] = 0.18
+    assert not fallen(state)[0]
+
+
+def test_worlds_are_judged_one_by_one_and_torch_agrees() -> None:
+    states = [lowered("pelvis", "spine", "chest"), t_pose(), lowered("chest", "head", "spine")]
+    together = BodyState(*(np.concat(arrays) for arrays in zip(*states, strict=True)))
+    assert fallen(together).tolist() == [True, False, True]
+    assert fallen(tensors(together)).tolist() == [True, False, True]
+    many = random_state(5, 200)
+    assert fallen(many).tolist() == fallen(tensors(many)).tolist()
+    assert 0 < fallen(many).sum() < 200

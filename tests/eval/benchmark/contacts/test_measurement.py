@@ -1,0 +1,107 @@
+"""How feet meet the ground: contacts of poses whose load, slip and depth are known, and their means by hand."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from envs.physics.humanoid_mjcf import build_model
+from eval.benchmark.contacts.measurement import Contacts, Watched, measure, reversing
+from eval.benchmark.contacts.model_variants import BEFORE, CHOSEN, VARIANTS, with_step
+from tests.builders import STANDING
+
+
+def standing(model: mujoco.MjModel, depth: float) -> mujoco.MjData:
+    """Return a T-pose whose soles are so deep in the ground [m]."""
+    data = mujoco.MjData(model)
+    data.qpos[:] = 0.0
+    data.qpos[2:4] = STANDING - depth, 1.0
+    return data
+
+
+def test_who_stands_is_carried_by_eight_contacts_a_foot() -> None:
+    # Heel and toe are a box each, with four corners on the ground. A second later everything rests: 72 kg x 9.81 m/s^2 = 706 N.
+    model = build_model()
+    data = standing(model, 0.0005)
+    for _ in range(240):
+        mujoco.mj_step(model, data)
+    mujoco.mj_forward(model, data)
+    contacts = Contacts.of(model, data, world=3)
+    assert len(contacts.load) == 16
+    assert set(contacts.world) == {3.0}
+    assert contacts.load.sum() == pytest.approx(706.3, rel=0.02)
+    assert contacts.slip.max() < 0.005
+    assert contacts.depth.max() < 0.001
+
+
+def test_who_glides_slips_as_fast_as_the_body() -> None:
+    # 1 mm deep, 0.3 m/s along x and 0.4 m/s along y: 0.5 m/s. Friction takes energy, at most 1.5 times the load at 0.5 m/s.
+    model = build_model()
+    data = standing(model, 0.001)
+    data.qvel[:2] = 0.3, 0.4
+    mujoco.mj_forward(model, data)
+    contacts = Contacts.of(model, data)
+    assert contacts.slip == pytest.approx(0.5)
+    assert contacts.depth == pytest.approx(0.001)
+    assert 0.0 < contacts.power.sum() <= 1.5 * 0.5 * contacts.load.sum()
+
+
+def test_who_tiptoes_is_carried_by_toes() -> None:
+    # Feet pitched by 30 degrees with the toes bent back: only the toes' boxes are on the ground, the heels 0.19 sin 30 = 0.095 m above.
+    model = build_model()
+    data = standing(model, 0.0)
+    for side in "lr":
+        data.qpos[model.joint(f"foot_{side}_y").qposadr] = np.radians(30.0)
+        data.qpos[model.joint(f"toe_{side}_y").qposadr] = np.radians(-30.0)
+    mujoco.mj_kinematics(model, data)
+    toes = [model.geom(f"toe_{side}").id for side in "lr"]
+    data.qpos[2] -= data.geom_xpos[toes, 2].mean() - 0.02 + 0.001
+    mujoco.mj_forward(model, data)
+    assert {model.geom(geom).name for pair in data.contact.geom for geom in pair} == {"floor", "toe_l", "toe_r"}
+    assert 0 < len(Contacts.of(model, data).load) <= 8  # those that bear load
+
+
+def test_means_are_weighed_by_load() -> None:
+    # Loads 1 and 3 N at 0.2 and 0.05 m/s: (0.2 + 0.15) / 4 = 0.0875 m/s; a quarter of the load is quicker than 0.1. Depths 4 and 2 mm:
+    # (4 + 6) / 4 = 2.5 mm. World 1 has its own contact. Two control steps of 1/30 s: 6 J/s x 0.01 s / (1/15 s) = 0.9 W.
+    contacts = Contacts(*np.array([[0, 1, 0.2, 0.004, 2.0], [0, 3, 0.05, 0.002, 4.0], [1, 9, 9.0, 0.9, 9.0]]).T)
+    speeds = np.zeros((4, 2, 4, 3))
+    speeds[:, 0, :, 1] = np.array([0.02, -0.02, 0.02, -0.02])[:, None]
+    error = np.array([[0.02, 0.5], [0.04, np.nan]])
+    found = measure(Watched(contacts, speeds, error, np.array([4, 4]), 0.01), np.array([0]))
+    assert found.slip == pytest.approx(8.75)
+    assert found.slipping == pytest.approx(0.25)
+    assert found.depth == pytest.approx(2.5)
+    assert found.depth_p99 == pytest.approx(3.98)  # of two, between them
+    assert found.noise == pytest.approx(2.0)
+    assert found.power == pytest.approx(0.9)
+    assert found.contacts == pytest.approx(0.3)
+    assert found.body_error == pytest.approx(30.0)
+    assert found.lasted == pytest.approx(0.5)
+
+
+def test_nothing_touches_nothing_slips() -> None:
+    nothing = Contacts(*np.zeros((5, 0)))
+    found = measure(Watched(nothing, np.zeros((3, 1, 4, 3)), np.zeros((1, 1)), np.array([1]), 0.01), np.array([0]))
+    assert (found.slip, found.slipping, found.depth, found.depth_p99) == (0.0, 0.0, 0.0, 0.0)
+
+
+def test_only_what_reverses_is_noise() -> None:
+    # (a - 2 b + c) / 4: of 1, -1, 1 it is 1; of steady speeds and of steady accelerations nothing.
+    back_and_forth = np.array([1.0, -1.0, 1.0, -1.0])
+    assert reversing(back_and_forth[:, None]) == pytest.approx(1.0)
+    assert reversing(np.array([1.0, 2.0, 3.0, 4.0])[:, None]) == pytest.approx(0.0)
+    assert reversing(np.array([[1.0, np.nan], [-1.0, np.nan], [1.0, np.nan]])[..., None]) == pytest.approx(1.0)  # without who has ended
+
+
+def test_variants_differ_from_the_model_in_use_as_they_say() -> None:
+    models = {variant.name: variant.build() for variant in VARIANTS}
+    used, before = models[CHOSEN], models[BEFORE]
+    assert (before.opt.timestep, before.geom_solref[0, 0], before.geom_friction[0, 0]) == pytest.approx((1 / 120, 0.02, 1.0))
+    assert np.allclose(before.dof_armature[6:], 0.02)
+    # The motors' damping is in the motors: 30 Nm s/rad at the spine, 0.5 of which the joint keeps.
+    assert (before.actuator_biasprm[0, 2], before.dof_damping[6]) == pytest.approx((-30.0, 0.5))
+    assert models["1/480 s"].geom_solref[:, 0] == pytest.approx(np.full(21, 0.5 * 0.00875))
+    assert with_step(1 / 960).build().opt.timestep == pytest.approx(1 / 960)
+    heel = models["heel and toe"].geom("foot_l").id  # from 0.06 m behind the ankle to a third of 0.19 m further
+    assert models["heel and toe"].geom_pos[heel, 0] + models["heel and toe"].geom_size[heel, 0] == pytest.approx(0.19 / 3 - 0.06)
+    assert all(model.nv == used.nv for model in models.values())

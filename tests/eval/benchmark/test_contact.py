@@ -1,0 +1,83 @@
+"""The contact benchmark on two short clips: what it writes, which clips it takes, and what it refuses."""
+
+import json
+from pathlib import Path
+
+import pytest
+import torch
+
+from datasets.motion.clip import BodyMotion
+from envs.mimic.spec import MimicSpec
+from eval.benchmark import cli as benchmark
+from eval.benchmark import contact as benchmark_contact
+from eval.benchmark.contact import CLIPS, choose_clips, measure_contact
+from eval.benchmark.contacts.measurement import GroundContact
+from eval.benchmark.contacts.model_variants import BEFORE, CHOSEN, STEPS, VARIANTS
+from tests.builders import posed
+from trainers.evaluation.protocol import zero_residual
+
+
+@pytest.fixture
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Measure two standing clips with no policy, on few worlds."""
+    monkeypatch.setattr(benchmark_contact, "WORLDS", 2)
+    clips = {"stand": [posed({}, 40)], "bow": [posed({"spine_y": 20.0}, 30)]}
+    needed = VARIANTS[: 1 + len(STEPS)]
+
+    def run(motions: str, rounds: int, after_round: benchmark.Callable[[], None]) -> benchmark.Speed:
+        return measure_contact(clips, zero_residual(MimicSpec()), MimicSpec(), needed, rounds, after_round)
+
+    monkeypatch.setitem(benchmark.BENCHMARKS, "contact", run)
+
+
+def test_benchmark_writes_figures_and_a_picture(small: None, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    threads = torch.get_num_threads()
+    files = ["--json", str(tmp_path / "contact.json"), "--plot", str(tmp_path / "contact.png")]
+    assert benchmark.main(["contact", "--rounds", "1", *files]) == 0
+    assert torch.get_num_threads() == threads
+    found = json.loads((tmp_path / "contact.json").read_text())
+    names = [variant.name for variant in VARIANTS[: 1 + len(STEPS)]]
+    assert list(found["contact"]) == list(found["cost"]) == names
+    assert found["cost"][BEFORE] == 1.0
+    for modes in found["contact"].values():
+        assert set(modes) == {"held", "policy"}
+        for measures in modes.values():
+            assert set(measures) == set(GroundContact._fields)
+            assert measures["lasted"] == 1.0  # nobody falls in half a second
+            assert measures["contacts"] > 1.0
+    assert set(found["kinds"][CHOSEN]) == {"stand", "bow"}
+    assert 0.0 < found["kinds"][CHOSEN]["stand"]["depth"] < 1.0
+    assert (tmp_path / "contact.png").read_bytes().startswith(b"\x89PNG")
+    said = capsys.readouterr().out
+    assert "Root held, half the time step changes the slip by" in said
+    assert "root held, no policy" in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["env", "--plot", "x.png"], "error: --plot x.png: the benchmark env draws nothing, contact does"),
+        (["contact", "--plot", "/nowhere/at/all.png"], "error: --plot /nowhere/at/all.png: there is no folder /nowhere/at"),
+    ],
+)
+def test_a_picture_that_cannot_be_is_refused_at_once(arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert benchmark.main(arguments) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_of_another_source_two_clips_of_each_kind_are_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    def clip(number: int, kind: str) -> BodyMotion:
+        still = posed({}, 10)
+        return type(still)(still.root_position, still.local_rotations, 60.0, f"{kind}_{number}", "ann", "optical", kind)
+
+    clips = [clip(number, kind) for kind in ("walk", "run") for number in range(3)]
+    monkeypatch.setattr(benchmark_contact, "load_clips", lambda _: clips)
+    found = choose_clips("elsewhere")
+    assert {kind: [one.name for one in each] for kind, each in found.items()} == {"walk": ["walk_0", "walk_1"], "run": ["run_0", "run_1"]}
+
+
+@pytest.mark.shared_data
+def test_a_dozen_real_clips_are_there(shared_data: Path) -> None:
+    found = choose_clips(str(shared_data))
+    assert {kind: len(each) for kind, each in found.items()} == {kind: len(names) for kind, names in CLIPS.items()}
+    assert sum(map(len, found.values())) == 12

@@ -1,0 +1,129 @@
+"""A small crowd: its takes are unbroken, join each other, and come again with the same seed."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from agents.policy.policy import Policy
+from datasets.library.motion_library import MotionLibrary
+from datasets.motion.clip import BodyMotion
+from envs.physics.mujoco_cpu import FilmedPhysics
+from eval.clean import samcon as crowd
+from eval.clean.samcon import Crowd, Take
+from tests.builders import STANDING, hinge, posed
+from tests.eval.clean.clean_parts import SPEC, shrink_crowd, standing, untrained
+
+LIMPING = posed({"thigh_l_y": -20.0, "shin_l_y": 40.0, "foot_l_y": -20.0}, 181, STANDING)  # 3 s on one leg and a bent one
+
+
+@pytest.fixture(autouse=True)
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    shrink_crowd(monkeypatch)
+
+
+def takes_of(clip: BodyMotion, seed: int = 0) -> list[Take]:
+    return list(Crowd(untrained(), SPEC, clip, 1, seed).takes())
+
+
+def unbroken(take: Take) -> None:
+    """Check that physics leads from each frame of a take to the next, so that it is one world's and its forebears'."""
+    worlds = len(take.poses) - 1
+    physics = FilmedPhysics(worlds)
+    physics.reset(np.arange(worlds), take.poses[:-1], take.velocities[:-1])
+    physics.step(take.targets[1:])
+    poses, velocities, _ = physics.film[0]  # a frame later
+    assert poses == pytest.approx(take.poses[1:], abs=1e-3)
+    assert velocities == pytest.approx(take.velocities[1:], abs=0.1)
+
+
+def test_a_clip_that_can_be_stood_is_one_take() -> None:
+    # 61 frames: the first, and 30 control steps of two.
+    clip = standing(61)
+    (take,) = takes_of(clip)
+    assert take.start == 0
+    assert (take.poses.shape, take.velocities.shape, take.targets.shape) == ((61, 50), (61, 49), (61, 43))
+    assert take.poses[0] == pytest.approx(MotionLibrary.of([clip]).start_pose[0], abs=1e-6)
+    unbroken(take)
+    assert np.abs(take.poses[:, :2] - clip.root_position[:, :2]).max() < 0.1
+    # The motors were told the reference, what carries it and a residual; in the first frame what they were told next.
+    assert np.array_equal(take.targets[0], take.targets[1])
+    assert np.array_equal(take.targets[1], take.targets[2])
+    assert not np.array_equal(take.targets[2], take.targets[3])
+
+
+@pytest.mark.parametrize(("frames", "shown"), [(3, 3), (4, 3), (60, 59)])
+def test_a_take_ends_with_the_last_whole_control_step(frames: int, shown: int) -> None:
+    assert [len(take.poses) for take in takes_of(standing(frames))] == [shown]
+
+
+def test_too_short_for_a_control_step_is_no_take() -> None:
+    assert takes_of(standing(2)) == []
+
+
+def test_seeds_come_again_to_the_bit() -> None:
+    first, again, other = (takes_of(LIMPING.cut(0, 91), seed)[0] for seed in (3, 3, 4))
+    for one, two in zip(first[1:], again[1:], strict=True):
+        assert np.array_equal(one, two)
+    assert not np.array_equal(first.poses[:60], other.poses[:60])
+
+
+def test_a_search_traces_who_went_on_from_whom() -> None:
+    # Somebody on one leg and a bent one wavers: those who are noisy do better at times, and are followed.
+    takes = takes_of(LIMPING.cut(0, 91))
+    assert len(takes[0].poses) > 40
+    for take in takes:
+        unbroken(take)
+
+
+def test_where_all_go_astray_the_next_take_begins_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    # With hardly any distance allowed nobody stays for long.
+    monkeypatch.setattr(crowd, "ASTRAY", 0.0005)
+    clip = standing(61)
+    takes, reference = takes_of(clip), MotionLibrary.of([clip]).start_pose
+    assert len(takes) > 2
+    assert takes[0].start == 0
+    for before, after in pairwise(takes):
+        # In the last frame of the one before, or two frames on where that could not do a single step.
+        assert after.start == before.start + max(len(before.poses) - 1, 2)
+        assert after.poses[0] == pytest.approx(reference[after.start], abs=1e-6)
+    assert takes[-1].start + len(takes[-1].poses) <= 61
+    for take in takes:
+        if len(take.poses) > 1:
+            unbroken(take)
+
+
+def test_nobody_follows_who_flies_off() -> None:
+    # A T-pose that rises at 5 m/s from the ground: the head is lost after less than half a second, and then again.
+    still = posed({}, 91)
+    clip = replace(still, root_position=still.root_position + 10.0 * (np.arange(91) / 60.0)[:, None] ** 2 * [0.0, 0.0, 1.0])
+    takes = takes_of(clip)
+    assert len(takes) > 1
+    for take in takes:
+        unbroken(take)
+        assert np.abs(take.poses[:, 2] - clip.root_position[take.start : take.start + len(take.poses), 2]).max() < 1.0
+
+
+def test_a_crowd_does_better_than_its_policy_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    # An untrained policy falls within two seconds or so; those who search along it last longer.
+    shrink_crowd(monkeypatch, 32, 8)
+    together = len(takes_of(LIMPING)[0].poses)
+    shrink_crowd(monkeypatch, 1, 1)
+    assert together > len(takes_of(LIMPING)[0].poses)
+
+
+def test_only_a_share_of_the_residual_is_played(monkeypatch: pytest.MonkeyPatch) -> None:
+    # A policy that asks for a tenth of its range everywhere, without noise: the motors of the knees are told the reference, and beside it
+    # smoothed half a tenth: 0.2 x 0.05 of 1 rad after the first step, 0.2 x 0.05 x 0.8 more after the second.
+    class Asking(Policy):
+        def act(self, observation: np.ndarray) -> np.ndarray:
+            return np.full((len(observation), 20), 0.1, dtype=np.float32)
+
+    monkeypatch.setattr(crowd, "NOISE", 0.0)
+    told = []
+    for share in (0.0, 0.5):
+        policy = Asking(SPEC.observation_size, SPEC.action_size, (8,))
+        (take,) = Crowd(policy, SPEC, posed({}, 5), 1, residual=share).takes()
+        told.append(take.targets[:, hinge("shin_l_y")])
+    assert told[1][1:] - told[0][1:] == pytest.approx([0.01, 0.01, 0.018, 0.018], abs=1e-6)

@@ -1,0 +1,88 @@
+"""The findings of the root study: each follows from the numbers, and from nothing else."""
+
+import json
+from typing import Any
+
+import pytest
+
+from eval.study.protocol.page import summarise_seeds
+from eval.study.root.findings import find
+from eval.study.root.variants import MODELS, ROOT3D_ALONE, ROOT3D_IMU, SHIPPED_IMU, SHIPPED_OPTICAL, UNET, UNET_RWI
+
+Rows = list[dict[str, Any]]
+
+
+def thesis_rows() -> Rows:
+    """Return rows in which everything is as the thesis found it."""
+    base = {
+        **{f"mu_{axis}": 0.01 for axis in "flv"}, **{f"sigma_{axis}": 0.2 for axis in "flv"}, "end_error": 10.0, "e_mse": 0.01,
+        "e_mse_filtered": 0.01,
+        "e_mse_gaits": 0.02, "e_mse_dances": 0.02, "e_mse_on_imu_poses": 0.05, "distance_ratio": 1.0, "drift": 0.1,
+        "height_error_first_half": 2.0, "height_error_second_half": 2.0, "height_error_in_air": 9.0, "height_error_on_ground": 3.0,
+        "stairs_error": 2.0, "stairs_ratio": 1.0, "walk_drift": 0.05, "walk_e_mse": 0.1, "walk_e_mse_turned": 0.001,
+        "walk_drift_filtered": 0.05, "walk_e_mse_filtered": 0.1, "walk_e_mse_turned_filtered": 0.001,
+        "drift_of_ann": 0.1, "drift_of_bob": 0.1, "rise_of_ann": -1.0, "rise_of_bob": 1.0,
+        **{f"e_mse_w{w}": 0.01 - 0.001 * w for w in range(8)}, **{f"e_mse_std_w{w}": 0.01 - 0.001 * w for w in range(8)},
+    }  # fmt: skip
+    changes: dict[str, dict[str, float]] = {
+        "u-net, run-walk-idle": {"e_mse_gaits": 0.01, "e_mse_dances": 0.04, "e_mse": 0.02},
+        "u-net, root as target": {"end_error": 20.0},
+        "u-net, vertical displacement": {"height_error_second_half": 8.0},
+        ROOT3D_ALONE: {"e_mse": 0.1, "distance_ratio": 0.6},
+        "Root3D, optical poses and accelerations": {"e_mse": 0.004},
+        SHIPPED_OPTICAL: {"e_mse_filtered": 0.004},
+        SHIPPED_IMU: {},
+        "motionless root": {"e_mse": 2.0},
+        "the real walk, the suit's own root": {"walk_drift": 0.2, "walk_e_mse": 0.2, "walk_e_mse_turned": 0.002},
+        "the real walk, foot contacts": {"walk_drift": 0.1, "walk_e_mse": 0.3, "walk_e_mse_turned": 0.003},
+        **{f"CNN, {data}": {"end_error": 20.0, "sigma_f": 0.3, "sigma_l": 0.3} for data in ("all", "run-walk-idle")},
+    }
+    published = {model.name: model.published for model in MODELS}
+    names = dict.fromkeys([*published, *changes])
+    return [
+        {"name": name, "ours": summarise_seeds([{**base, **changes.get(name, {})}]), "published": published.get(name, {})} for name in names
+    ]
+
+
+def test_the_thesis_repeats_itself() -> None:
+    found = find(thesis_rows())
+    assert [one["finding"] for one in found if not one["reproduced"]] == []
+    assert len(found) >= 20
+    json.dumps(found)
+
+
+@pytest.mark.parametrize(
+    ("row", "measure", "value", "says"),
+    [
+        (UNET, "sigma_l", 0.4, "errors per frame spread less"),
+        (UNET, "end_error", 25.0, "drifts less than the CNN"),
+        (UNET, "end_error", 25.0, "better target than the root"),
+        (UNET, "height_error_second_half", 9.0, "does not drift"),
+        (UNET, "height_error_in_air", 2.0, "fails in long jumps"),
+        (UNET_RWI, "e_mse_gaits", 0.03, "a little better at running"),
+        (UNET_RWI, "e_mse_dances", 0.001, "better at dances"),
+        (ROOT3D_IMU, "e_mse", 0.003, "better with optical poses"),
+        (ROOT3D_IMU, "e_mse", 0.03, "under that of the thesis"),
+        (ROOT3D_ALONE, "e_mse", 0.014, "without accelerations trajectories"),  # only 1.4 times as much
+        (ROOT3D_ALONE, "distance_ratio", 1.1, "undershoot"),
+        (ROOT3D_IMU, "e_mse_w7", 0.02, "falls from w = 0"),
+        (ROOT3D_IMU, "mu_v", -0.1, "centred"),
+        (ROOT3D_IMU, "rise_of_ann", 1.0, "drifts of their own"),
+        (ROOT3D_IMU, "stairs_error", 6.0, "few centimetres"),
+        (ROOT3D_IMU, "walk_drift", 0.15, "ends nearer to the truth"),
+        (ROOT3D_IMU, "walk_e_mse_turned", 0.0025, "turned onto it"),
+        (SHIPPED_IMU, "walk_e_mse_filtered", 0.25, "after its filters, stays nearer"),
+        (SHIPPED_OPTICAL, "e_mse_filtered", 0.005, "after its filters: e_mse is under that of the thesis"),
+    ],
+)
+def test_a_finding_that_the_numbers_contradict_is_not_reproduced(row: str, measure: str, value: float, says: str) -> None:
+    rows = thesis_rows()
+    next(one for one in rows if one["name"] == row)["ours"][measure]["mean"] = value
+    assert any(says in one["finding"] and not one["reproduced"] for one in find(rows))
+
+
+def test_a_difference_that_seeds_make_as_well_is_none() -> None:
+    # 10 against 20 cm off, as the thesis found, but from seed to seed the latter changes by 11.
+    rows = thesis_rows()
+    next(one for one in rows if one["name"] == "u-net, root as target")["ours"]["end_error"]["std"] = 11.0
+    assert any("better target than the root" in one["finding"] and not one["reproduced"] for one in find(rows))

@@ -1,0 +1,47 @@
+"""The study of the search's residual on clips made by hand."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from eval.study import cli as study
+from eval.study.search import study as search_study
+from tests.eval.clean.clean_parts import SPEC, shrink_crowd, standing, untrained
+
+
+def test_who_stands_is_near_and_slides_no_faster_than_the_recording_allows(monkeypatch: pytest.MonkeyPatch) -> None:
+    shrink_crowd(monkeypatch)
+    found = search_study.perform_clip_by(untrained(), SPEC, standing(60), 0.5, 1)
+    assert set(found) == set(search_study.MEASURES)
+    assert found["body_error"] < 30.0
+    assert found["restarts"] == 0.0
+    assert found["recorded_skate"] < 1.0
+    assert found["stance_skate"] < 10.0
+
+
+def test_the_study_judges_the_share_in_use(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    def perform(_policy: object, _spec: object, _clip: object, residual: float, interval: int) -> dict[str, float]:
+        # Half is nearest; its feet slide at 2 cm/s where the recording's do at 1.5: within 1.5 times.
+        off = {0.0: 40.0, 0.25: 35.0, 0.5: 30.0, 0.75: 33.0, 1.0: 29.0}[residual] + interval - 1
+        return dict.fromkeys(search_study.MEASURES, 0.0) | {"body_error": off, "stance_skate": 2.0, "recorded_skate": 1.5}
+
+    for name in (name for each in search_study.CLIPS.values() for name in each):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    monkeypatch.setattr(search_study, "perform_clip_by", perform)
+    monkeypatch.setattr(search_study, "load_clips", lambda _: [standing(30)])
+    assert study.main(["search", "--out", str(tmp_path / "out"), "--data", str(tmp_path)]) == 0
+    found = json.loads((tmp_path / "out" / "study.json").read_text())
+    verdicts = {one["finding"]: one["reproduced"] for one in found["findings"]}
+    assert verdicts["residual 0.5 keeps nearer to the clip than residual 0: 30.0 against 40.0 mm"] is True
+    assert verdicts["residual 0.5 keeps nearer to the clip than residual 1: 30.0 against 29.0 mm"] is False
+    assert verdicts["residual 0.5 keeps nearer to the clip than a choice in 3 steps: 30.0 against 32.0 mm"] is True
+    assert verdicts["walk: standing feet slide at most 1.5 times as fast as the recording's: 2.0 against 1.5 cm/s"] is True
+    assert verdicts["ground penetration is under 0.5 mm: 0.00 mm"] is True
+    assert found["rows"][2]["ours"]["body_error"] == {"mean": 30.0, "std": 0.0, "seeds": 12}
+
+
+def test_without_the_clips_there_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert study.main(["search", "--out", str(tmp_path / "out"), "--data", str(tmp_path)]) == 2
+    assert "walk_youthful_001.bvh; name the folder of real motion" in capsys.readouterr().err

@@ -1,0 +1,228 @@
+"""What a training is made of; the defaults are Table 4.3 of the thesis, files in ``configs/`` change them."""
+
+from dataclasses import dataclass, field
+
+from configs.errors import require
+from envs.mimic.spec import MimicSpec
+
+RECONSTRUCTED, CLEAN = "reconstructed", "clean"
+
+
+@dataclass(frozen=True)
+class DataConfig:
+    """Which motion is imitated.
+
+    Attributes:
+        motions: Motion source: a BVH or MVNX file, a folder of them, or "synthetic".
+        synthetic: Sets of made-up people beside the source, of four people each.
+        mapping: File that names the joints of a skeleton whose joints cannot be found; none if empty.
+        suit_clips: How many simulated IMU-suit recordings are made of each clip.
+        suit_share: Share of the episodes that follow a simulated suit's clip instead of a clip as recorded.
+        suit_severity: How bad the suits are: 0 perfect, 1 as in the literature.
+        rewarded: Of a pair, what a simulated suit made of a clip and the clip itself: "observed", the suit's, as in the thesis, or "clean".
+        mirror: Whether all clips are there a second time, left and right exchanged.
+        roots: Of suits' clips and of clips without one: "recorded" as suit and file say, or "reconstructed" by the shipped root models.
+        holdout: Performer kept out of training for model selection; "auto" picks one, "none" selects on the training clips.
+        seed: Of everything random in the motion.
+    """
+
+    motions: str = "synthetic"
+    synthetic: int = 0
+    mapping: str = ""
+    suit_clips: int = 1
+    suit_share: float = 0.5
+    suit_severity: float = 1.0
+    rewarded: str = "observed"
+    mirror: bool = False
+    roots: str = "recorded"
+    holdout: str = "auto"
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        require(0.0 <= self.suit_share <= 1.0, "data.suit_share", self.suit_share, "from 0 to 1")
+        require(self.roots in ("recorded", RECONSTRUCTED), "data.roots", f"'{self.roots}'", f"recorded or {RECONSTRUCTED}")
+        require(self.rewarded in ("observed", CLEAN), "data.rewarded", f"'{self.rewarded}'", f"observed or {CLEAN}")
+        require(self.synthetic >= 0, "data.synthetic", self.synthetic, "0 or more")
+        require(self.suit_clips >= 0, "data.suit_clips", self.suit_clips, "0 or more")
+        require(self.suit_severity >= 0.0, "data.suit_severity", self.suit_severity, "0 or more")
+
+
+@dataclass(frozen=True)
+class NetworkConfig:
+    """The two perceptrons.
+
+    Attributes:
+        hidden: Sizes of the hidden layers.
+        activation: "tanh", "elu", "silu" or "relu".
+    """
+
+    hidden: tuple[int, ...] = (1024, 1024, 512)
+    activation: str = "tanh"
+
+    def __post_init__(self) -> None:
+        """Check the values; OmegaConf hands lists over."""
+        object.__setattr__(self, "hidden", tuple(self.hidden))
+        require(bool(self.hidden) and min(self.hidden) > 0, "network.hidden", list(self.hidden), "positive layer sizes")
+        require(self.activation in ("tanh", "elu", "silu", "relu"), "network.activation", self.activation, "tanh, elu, silu or relu")
+
+
+@dataclass(frozen=True)
+class CollectConfig:
+    """How rollouts are collected.
+
+    Attributes:
+        actors: Ray actors, each with its own envs; 0 collects in the learner's process, without Ray.
+        envs: Worlds of each actor.
+        threads: Native threads of each actor that step its worlds.
+        horizon: Steps of each world in a rollout.
+        assist: Largest force of an invisible hand that leads the root at the start [body weights]; it is gone halfway through.
+        overlap: Whether actors collect the next rollout while the learner learns from the last, with the weights of one update before.
+    """
+
+    actors: int = 1
+    envs: int = 4096
+    threads: int = 2
+    horizon: int = 16
+    assist: float = 0.0
+    overlap: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        require(self.actors >= 0, "collect.actors", self.actors, "0 or more")
+        for name in ("envs", "threads", "horizon"):
+            require(getattr(self, name) >= 1, f"collect.{name}", getattr(self, name), "1 or more")
+        require(self.assist >= 0.0, "collect.assist", self.assist, "0 or more [body weights]")
+        require(not self.overlap or self.actors >= 1, "collect.overlap", "true without actors", "false, or collect.actors 1 or more")
+
+
+@dataclass(frozen=True)
+class RayConfig:
+    """Where Ray's actors run.
+
+    Attributes:
+        address: Of a cluster that is running, such as "auto" for the one that this machine is part of: its nodes are sent the package, and
+            the learner goes where there are cores for it. If empty, the actors run on this machine, and the learner in this process.
+    """
+
+    address: str = ""
+
+
+@dataclass(frozen=True)
+class LearnerConfig:
+    """How the policy is updated.
+
+    Attributes:
+        gamma: Discount factor.
+        gae_lambda: Trace decay of the advantages.
+        clip: Clipping of PPO's ratio.
+        epochs: Passes over each batch.
+        minibatch: Samples in a minibatch.
+        learning_rate: Of Adam, at the start.
+        final_learning_rate: At the end; linear in between.
+        sigma: Standard deviation of the actions, fixed (variance 0.03 in the thesis).
+        final_sigma: At the end of training; linear in between.
+        value_weight: Of the value's loss beside the policy's.
+        max_grad_norm: Gradients are shortened to this norm.
+        target_kl: An update's passes end once the policy has moved this far; 0 never ends them.
+        style: Weight of the reward for moving like the clean clips, at most 1 a step by a discriminator; 0 has no discriminator.
+        threads: Threads of torch.
+    """
+
+    gamma: float = 0.99
+    gae_lambda: float = 0.95
+    clip: float = 0.2
+    epochs: int = 6
+    minibatch: int = 16384
+    learning_rate: float = 5e-5
+    final_learning_rate: float = 5e-5
+    sigma: float = 0.03**0.5
+    final_sigma: float = 0.03**0.5
+    value_weight: float = 1.0
+    max_grad_norm: float = 1.0
+    target_kl: float = 0.0
+    style: float = 0.0
+    threads: int = 2
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        for name in ("gamma", "gae_lambda"):
+            require(0.0 <= getattr(self, name) <= 1.0, f"learner.{name}", getattr(self, name), "from 0 to 1")
+        for name in ("clip", "learning_rate", "sigma", "final_sigma", "max_grad_norm"):
+            require(getattr(self, name) > 0.0, f"learner.{name}", getattr(self, name), "above 0")
+        require(self.style >= 0.0, "learner.style", self.style, "0 or more")
+        for name in ("epochs", "minibatch", "threads"):
+            require(getattr(self, name) >= 1, f"learner.{name}", getattr(self, name), "1 or more")
+
+    def sigma_at(self, progress: float) -> float:
+        """Return the actions' standard deviation at a share ``progress`` of the training."""
+        return self.sigma + progress * (self.final_sigma - self.sigma)
+
+    def learning_rate_at(self, progress: float) -> float:
+        """Return Adam's rate at a share ``progress`` of the training."""
+        return self.learning_rate + progress * (self.final_learning_rate - self.learning_rate)
+
+
+@dataclass(frozen=True)
+class PpoConfig:
+    """One training run.
+
+    Attributes:
+        name: The run's folder under ``runs_dir``.
+        runs_dir: Folder of all runs.
+        data: Which motion.
+        task: Which variant of the task.
+        network: Policy and value.
+        collect: Rollouts.
+        learner: Updates.
+        ray: Where actors run.
+        physics: "cpu", MuJoCo on threads and Ray's actors, or "warp", mujoco-warp on the device, where then everything happens: worlds,
+            policy and learner, in one process without actors.
+        device: Of the learner: "cpu", "cuda", or "auto", the GPU where there is one.
+        samples: Control steps after which training ends.
+        minutes: Wall-clock limit after which it ends; 0 is none.
+        evaluate_every: Iterations between evaluations on the held-out performer.
+        checkpoint_every: Iterations between checkpoints.
+        init: Policy file that the training begins with, its normaliser included; a fresh policy if empty.
+        seed: Of networks, actions and start frames.
+    """
+
+    name: str = "run"
+    runs_dir: str = "runs"
+    data: DataConfig = field(default_factory=DataConfig)
+    task: MimicSpec = field(default_factory=MimicSpec)
+    network: NetworkConfig = field(default_factory=NetworkConfig)
+    collect: CollectConfig = field(default_factory=CollectConfig)
+    learner: LearnerConfig = field(default_factory=LearnerConfig)
+    ray: RayConfig = field(default_factory=RayConfig)
+    physics: str = "cpu"
+    device: str = "auto"
+    samples: int = 2_293_760_000  # 35,000 epochs of 65,536
+    minutes: float = 0.0
+    evaluate_every: int = 400
+    checkpoint_every: int = 50
+    init: str = ""
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        for name in ("samples", "evaluate_every", "checkpoint_every"):
+            require(getattr(self, name) >= 1, name, getattr(self, name), "1 or more")
+        require(self.minutes >= 0.0, "minutes", self.minutes, "0 (no limit) or more")
+        require(
+            not self.ray.address or self.collect.actors >= 1,
+            "ray.address",
+            f"'{self.ray.address}' without actors",
+            "given with collect.actors 1 or more",
+        )
+        require(self.physics in ("cpu", "warp"), "physics", f"'{self.physics}'", "cpu or warp")
+        require(self.device in ("auto", "cpu", "cuda"), "device", f"'{self.device}'", "auto, cpu or cuda")
+        if self.physics == "warp":
+            require(not self.ray.address, "ray.address", f"'{self.ray.address}' with physics warp", "empty: one process holds all worlds")
+            require(not self.collect.overlap, "collect.overlap", "true with physics warp", "false: one device does everything in turn")
+        require(bool(self.name) and "/" not in self.name, "name", repr(self.name), "a folder's name")
+
+    @property
+    def in_process(self) -> bool:
+        """Whether collecting happens in the learner's process, without Ray."""
+        return self.collect.actors == 0 or self.physics == "warp"

@@ -1,0 +1,145 @@
+"""One update of PPO: from rollouts to better weights."""
+
+from typing import Any
+
+import numpy as np
+import torch
+
+from agents.policy.distribution import kl_divergence, log_prob
+from configs.errors import RunError
+from datasets.library.motion_library import MotionLibrary
+from trainers.algorithms.amp import StyleLearner
+from trainers.algorithms.gae import gae
+from trainers.algorithms.learner_state import arrays_of, get_state, set_state
+from trainers.algorithms.policy_factory import fresh_policy
+from trainers.algorithms.ppo_config import PpoConfig
+from trainers.algorithms.ppo_loss import policy_loss, value_loss
+from trainers.algorithms.rollout import Rollout
+from trainers.runs.device import device_of, quick_products
+
+_STEP_TELLS = ("policy_loss", "value_loss", "kl", "clip_fraction", "grad_norm")
+
+
+class DivergedError(RunError):
+    """Nothing is left to learn from or to save: the policy's weights are no numbers any more."""
+
+
+class PpoLearner:
+    """Owns policy, optimiser and the random order of minibatches."""
+
+    def __init__(self, config: PpoConfig, library: MotionLibrary) -> None:
+        """Build policy and optimiser from the run's seed, and with ``learner.style`` a discriminator of motion like the library's."""
+        torch.manual_seed(config.seed)
+        self.config = config.learner
+        self.device = device_of(config.device)
+        self.policy = fresh_policy(config, self.device)
+        self.optimiser = torch.optim.Adam(self.policy.parameters(), lr=self.config.learning_rate, eps=1e-5, fused=True)
+        self.random = torch.Generator().manual_seed(config.seed)  # of the CPU: a run may go on on another device
+        self.style = StyleLearner(self.config.style, config.seed, library, self.device) if self.config.style else None
+
+    def weights(self) -> dict[str, np.ndarray]:
+        """Return a copy of the policy's weights, normaliser included."""
+        return arrays_of(self.policy.state_dict())
+
+    def update(self, rollouts: list[Rollout], progress: float) -> dict[str, float]:
+        """Improve the policy on rollouts that it collected.
+
+        Args:
+            rollouts: Of the current weights, at least one.
+            progress: Share of the training that lies behind.
+
+        Returns:
+            Diagnostics by name.
+
+        Raises:
+            DivergedError: If the policy's numbers are no longer finite.
+        """
+        with quick_products(self.device):
+            return self._learn([rollout.on(self.device) for rollout in rollouts], progress)
+
+    def _learn(self, rollouts: list[Rollout], progress: float) -> dict[str, float]:
+        """Improve the policy on rollouts that are on the device; return diagnostics."""
+        rollouts, styled = self.style.judge(rollouts) if self.style else (rollouts, {})
+        torch.set_num_threads(self.config.threads)  # collectors in this process set theirs
+        batch = self._batch(rollouts)
+        observations = batch.pop("observations")
+        batch["observed"] = self.policy.normaliser(observations)  # with the statistics that it was collected with, before they change
+        self.policy.normaliser.update(observations)
+        sigma, size, rate = self.config.sigma_at(progress), len(observations), self.config.learning_rate_at(progress)
+        for group in self.optimiser.param_groups:
+            group["lr"] = rate
+        steps: list[list[float]] = []
+        kl = 0.0
+        for _ in range(self.config.epochs):
+            order = torch.randperm(size, generator=self.random).to(self.device)
+            passed = [
+                self._step({name: array.index_select(0, picked) for name, array in batch.items()}, sigma)
+                for picked in order.split(self.config.minibatch)
+            ]
+            steps += torch.stack(passed).tolist()  # the only wait for a GPU in a pass
+            if not np.isfinite(steps).all():
+                raise DivergedError(f"the policy's numbers are no longer finite: {dict(zip(_STEP_TELLS, steps[-1], strict=True))}")
+            kl = float(np.mean([step[_STEP_TELLS.index("kl")] for step in steps[-len(passed) :]]))
+            if self.config.target_kl and kl > self.config.target_kl:
+                break
+        means = dict(zip(_STEP_TELLS, np.mean(steps, axis=0).tolist(), strict=True))
+        target = batch["targets"]
+        unexplained = (target - batch["values"]).var() / target.var().clamp_min(1e-12)
+        return {
+            **means,
+            **styled,
+            "kl": kl,
+            "explained_variance": 1.0 - float(unexplained),
+            "learning_rate": rate,
+            "sigma": sigma,
+            "minibatches": float(len(steps)),
+        }
+
+    def _step(self, part: dict[str, torch.Tensor], sigma: float) -> torch.Tensor:
+        """Learn from a minibatch; return the numbers that ``_STEP_TELLS`` names."""
+        mean = self.policy.actor(part["observed"])
+        value = self.policy.critic(part["observed"]).squeeze(-1)
+        now = log_prob(mean, sigma, part["actions"])
+        for_policy = policy_loss(now, part["log_probs"], part["advantages"], self.config.clip)
+        for_value = value_loss(value, part["targets"])
+        self.optimiser.zero_grad(set_to_none=True)
+        (for_policy + self.config.value_weight * for_value).backward()
+        norm = torch.nn.utils.clip_grad_norm_(self.policy.parameters(), self.config.max_grad_norm)
+        self.optimiser.step()
+        with torch.no_grad():
+            clipped = ((now - part["log_probs"]).exp() - 1.0).abs() > self.config.clip
+            kl = kl_divergence(part["means"], mean, sigma).mean()
+            return torch.stack([for_policy, for_value, kl, clipped.float().mean(), norm])
+
+    @torch.no_grad()
+    def _batch(self, rollouts: list[Rollout]) -> dict[str, torch.Tensor]:
+        """Return the samples of all rollouts as flat tensors, with advantages and value targets."""
+        parts = [self._samples(rollout) for rollout in rollouts]
+        batch = {name: torch.concat([part[name] for part in parts]) for name in parts[0]}
+        advantages = batch["advantages"]
+        batch["advantages"] = (advantages - advantages.mean()) / (advantages.std() + 1e-8)
+        return batch
+
+    def _samples(self, rollout: Rollout) -> dict[str, torch.Tensor]:
+        """Return the samples (T * N, ...) of a rollout."""
+        gamma, lam = self.config.gamma, self.config.gae_lambda
+        # Values are learnt as the discounted mean reward of a step, so that their size does not depend on gamma.
+        rewards = (1.0 - gamma) * rollout.rewards if gamma < 1.0 else rollout.rewards
+        advantages = gae(rewards, rollout.values, rollout.next_values, rollout.ended, gamma, lam)
+        arrays = {
+            **{name: getattr(rollout, name) for name in ("observations", "actions", "means", "log_probs", "values")},
+            "advantages": advantages,
+            "targets": advantages + rollout.values,
+        }
+        return {name: array.flatten(0, 1) for name, array in arrays.items()}
+
+    def get_state(self) -> dict[str, Any]:
+        """Return everything that the next update depends on beside the rollouts."""
+        state = get_state(self.policy, self.optimiser, self.random)
+        return state | {"style": self.style.get_state()} if self.style else state
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Go back to a state that ``get_state`` returned; a discriminator that it lacks begins anew."""
+        set_state(self.policy, self.optimiser, self.random, state)
+        if self.style and "style" in state:
+            self.style.set_state(state["style"])

@@ -1,0 +1,87 @@
+"""The collector of processors: in the learner's process or as a Ray actor in its own."""
+
+import numpy as np
+import torch
+
+from agents.policy.distribution import log_prob
+from datasets.library.motion_library import ClipInfo, MotionLibrary
+from envs.mimic.episode_metrics import TRACKING_METRICS
+from envs.vector_env import AdaptMimicVectorEnv
+from trainers.algorithms.policy_factory import CPU
+from trainers.algorithms.ppo_config import PpoConfig
+from trainers.algorithms.rollout import Rollout, blank_steps
+from trainers.collectors.collector import Collector
+
+
+class RolloutActor(Collector):
+    """Steps worlds that MuJoCo simulates on threads."""
+
+    def __init__(
+        self,
+        config: PpoConfig,
+        place: int,
+        life: int,
+        clips: tuple[ClipInfo, ...],
+        arrays: dict[str, np.ndarray],
+        fps: float,
+        weights: np.ndarray,
+    ) -> None:
+        """Build envs and policy.
+
+        Args:
+            config: Of the run.
+            place: Of this collector among all, part of its seed.
+            life: How many held the place before, part of its seed: whoever takes a place over does not repeat what was collected there.
+            clips: Of the motion library.
+            arrays: Of the motion library; plain arrays, so that Ray shares their memory among actors.
+            fps: Of the motion library.
+            weights: How often each clip is drawn.
+        """
+        self._threads = config.collect.threads
+        library = MotionLibrary.from_arrays(clips, arrays, fps)
+        env = AdaptMimicVectorEnv(
+            library, config.collect.envs, config.task, config.collect.threads, clip_weights=weights, adaptive_starts=True
+        )  # fmt: skip
+        super().__init__(config, env, CPU, place, life)
+
+    @torch.inference_mode()
+    def collect(self, weights: dict[str, np.ndarray], sigma: float, assist: float) -> Rollout:
+        """Return one rollout of the policy, as arrays; see ``Collector.collect``."""
+        torch.set_num_threads(self._threads)  # the learner, in this process or not, sets its own
+        self.env.assist = assist
+        self.policy.load_state_dict({name: torch.tensor(array) for name, array in weights.items()})
+        steps = blank_steps(self._horizon, self.env.num_envs, self.env.task.observation_size, self.env.task.action_size)
+        cut_short = [self._observation[:0]]
+        episodes: dict[str, list[np.ndarray]] = {name: [] for name in TRACKING_METRICS}
+        terms: dict[str, float] = {}
+        failures = self.env.physics_failures
+        instants = self._instant()
+        for t in range(self._horizon):
+            mean, value = self.policy(torch.from_numpy(self._observation))
+            action = mean + sigma * torch.randn(mean.shape, generator=self._random)
+            after, rewards, terminated, truncated, info = self.env.step(action.numpy())
+            density = log_prob(mean, sigma, action)
+            row = (self._observation, action, mean, density, value, rewards, terminated, truncated)
+            for array, one in zip(steps.values(), row, strict=True):
+                array[t] = one
+            if "final_obs" in info:
+                cut_short.append(info["final_obs"][truncated])
+                for name, found in episodes.items():
+                    found.append(info["tracking"][name][info["_tracking"]])
+            for key, value in info.items():
+                if key.startswith("reward/"):
+                    terms[key] = terms.get(key, 0.0) + float(value.mean()) / self._horizon
+            self._observation = after
+            instants += self._instant()
+        last_values = self.policy.value(torch.from_numpy(self._observation)).numpy()
+        next_values = np.concat([steps["values"][1:], last_values[None]])
+        next_values[steps["terminated"]] = 0.0
+        next_values[steps["truncated"]] = self.policy.value(torch.from_numpy(np.concat(cut_short))).numpy()
+        return Rollout(
+            **steps,
+            next_values=next_values,
+            instants=np.array(instants),
+            episodes={name: np.concat([np.zeros(0), *found]) for name, found in episodes.items()},
+            reward_terms=terms,
+            physics_failures=int(self.env.physics_failures - failures),
+        )

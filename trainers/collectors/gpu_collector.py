@@ -1,0 +1,75 @@
+"""The collector of a GPU: worlds, policy and rollout on the learner's device; nothing is copied to the host before a rollout is over."""
+
+import numpy as np
+import torch
+
+from agents.policy.distribution import log_prob
+from datasets.library.motion_library import MotionLibrary
+from envs.mimic.episode_metrics import TRACKING_METRICS
+from envs.torch_env import AdaptMimicTorchEnv
+from trainers.algorithms.ppo_config import PpoConfig
+from trainers.algorithms.rollout import Rollout
+from trainers.collectors.collector import Collector
+from trainers.runs.device import device_of, quick_products
+
+
+class DeviceCollector(Collector):
+    """Steps worlds that mujoco-warp simulates on the learner's device."""
+
+    def __init__(self, config: PpoConfig, library: MotionLibrary, clip_weights: np.ndarray) -> None:
+        """Build envs and policy.
+
+        Args:
+            config: Of the run.
+            library: Training clips.
+            clip_weights: How often each clip is drawn, shape (clips,).
+
+        Raises:
+            InputError: If mujoco-warp is not installed, or cannot work with the GPU's driver.
+        """
+        self._device = device_of(config.device)
+        env = AdaptMimicTorchEnv(library, config.collect.envs, config.task, self._device, clip_weights, adaptive_starts=True)
+        super().__init__(config, env, self._device)
+
+    @torch.no_grad()
+    def collect(self, weights: dict[str, np.ndarray], sigma: float, assist: float) -> Rollout:
+        """Return one rollout of the policy, as tensors on the device; see ``Collector.collect``."""
+        self.env.assist = assist
+        self.policy.load_state_dict({name: torch.tensor(array) for name, array in weights.items()})
+        steps: list[dict[str, torch.Tensor]] = []
+        ends: list[dict[str, torch.Tensor]] = []
+        terms: list[dict[str, torch.Tensor]] = []
+        failures = self.env.physics_failures.clone()
+        instants = self._instant()
+        for _ in range(self._horizon):
+            with quick_products(self._device):
+                mean, value = self.policy(self._observation)
+            action = mean + sigma * torch.randn(mean.shape, generator=self._random, device=self._device)
+            after, rewards, terminated, truncated, info = self.env.step(action)
+            with quick_products(self._device):
+                next_value = self.policy.value(info["final_obs"]).masked_fill(terminated, 0.0)
+            steps.append(
+                {
+                    "observations": self._observation,
+                    "actions": action,
+                    "means": mean,
+                    "log_probs": log_prob(mean, sigma, action),
+                    "values": value,
+                    "rewards": rewards,
+                    "terminated": terminated,
+                    "truncated": truncated,
+                    "next_values": next_value,
+                }
+            )
+            ends.append({"ended": info["_tracking"], **info["tracking"]})
+            terms.append({name: term.mean() for name, term in info.items() if name.startswith("reward/")})
+            self._observation = after
+            instants += self._instant()
+        ended = torch.stack([end["ended"] for end in ends])
+        return Rollout(
+            **{name: torch.stack([step[name] for step in steps]) for name in steps[0]},
+            instants=torch.stack(instants) if instants else self._observation[:0],
+            episodes={name: torch.stack([end[name] for end in ends])[ended].cpu().numpy() for name in TRACKING_METRICS},
+            reward_terms={name: torch.stack([term[name] for term in terms]).mean().item() for name in terms[0]},
+            physics_failures=int(self.env.physics_failures - failures),
+        )

@@ -1,0 +1,132 @@
+"""Ray: a private one on this machine, or a cluster that is running."""
+
+import logging
+import os
+import socket
+from types import ModuleType
+from typing import Any, Self
+
+import numpy as np
+
+from configs.errors import InputError
+from configs.source_code import ROOT
+from datasets.library.motion_library import ClipInfo, MotionLibrary
+from trainers.algorithms.ppo_config import PpoConfig
+
+_SHIPPED = ("agents", "configs", "datasets", "envs", "trainers")  # what collectors and learners import
+_LEFT_HOME = ["*.safetensors", "*.pyc"]  # trained networks: nobody over there needs them
+_SPARE = 128 * 2**20  # bytes of the object store beside what is known to go there
+
+
+class LearnerLostError(RuntimeError):
+    """The learner died, and what it had learnt since the last checkpoint with it."""
+
+
+class RayCluster:
+    """A connection to Ray, and the motion that its actors share. Use as a context, so that it ends whatever happens."""
+
+    def __init__(self, config: PpoConfig, library: MotionLibrary, clip_weights: np.ndarray) -> None:
+        """Join the config's cluster, or start one on this machine, and put the motion into its memory.
+
+        Args:
+            config: Of the run.
+            library: Training clips.
+            clip_weights: How often each clip is drawn, shape (clips,).
+
+        Raises:
+            InputError: If there is no such cluster.
+        """
+        arrays = library.arrays()
+        self.ray: Any = _join(config.ray.address) if config.ray.address else _start(config, sum(a.nbytes for a in arrays.values()))
+        self.shared: tuple[tuple[ClipInfo, ...], Any, float, np.ndarray] = (
+            library.clips, self.ray.put(arrays), library.fps, clip_weights
+        )  # fmt: skip
+
+    def actor(self, of: type[Any], threads: int, *arguments: object, gpus: int = 0) -> Any:
+        """Return an actor of a class on cores, and GPUs, of its own; the actors of a cluster are spread over its nodes."""
+        return self.ray.remote(num_cpus=threads, num_gpus=gpus, scheduling_strategy="SPREAD")(of).remote(*arguments)
+
+    def gpus(self, device: str) -> int:
+        """Return how many GPUs a learner on a config's device is to be given, 0 or 1.
+
+        Raises:
+            InputError: If it asks for one, and no node has any.
+        """
+        there = self.ray.cluster_resources().get("GPU", 0.0) > 0.0
+        if device == "cuda" and not there:
+            raise InputError("device is 'cuda', but no node of the cluster has a GPU; should be cpu, or auto, which takes what there is")
+        return int(there and device != "cpu")
+
+    @property
+    def cores(self) -> int:
+        """Of all nodes."""
+        return int(self.ray.cluster_resources().get("CPU", 0))
+
+    def __enter__(self) -> Self:
+        """Return the connection."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Stop what was started, leave what was joined."""
+        self.ray.shutdown()
+
+
+def _prepared() -> ModuleType:
+    """Return Ray, told what it must know before it is imported."""
+    # Ray warns that it will one day stop clearing the GPUs' variable for actors without a GPU; we ask for none.
+    os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
+    # Ray lowers the priority of its workers; here they are half of the work, not a guest.
+    os.environ.setdefault("RAY_worker_niceness", "0")
+    import ray
+
+    return ray
+
+
+def _start(config: PpoConfig, library_bytes: int) -> ModuleType:
+    """Start Ray on this machine, for this process alone.
+
+    Ray cannot be told to listen on loopback only, and who can talk to it can run code; from 2.60 on it asks everybody for a secret.
+    """
+    ray = _prepared()
+    ray.init(
+        address="local",
+        num_cpus=max(config.collect.actors * config.collect.threads, os.cpu_count() or 1),
+        object_store_memory=library_bytes + _rollout_bytes(config) + _SPARE,
+        include_dashboard=False,
+        logging_level=logging.ERROR,
+        log_to_driver=False,
+    )
+    return ray
+
+
+def _join(address: str) -> ModuleType:
+    """Connect to a cluster and send it the package: its nodes may lack it, or have another version of it."""
+    _check_listening(address)
+    ray = _prepared()
+    shipped = {"py_modules": [str(ROOT / name) for name in _SHIPPED], "excludes": _LEFT_HOME}
+    try:
+        ray.init(address=address, runtime_env=shipped, logging_level=logging.ERROR, log_to_driver=False)
+    except (ConnectionError, ValueError, RuntimeError) as error:
+        raise _no_cluster(address, str(error)) from error
+    return ray
+
+
+def _check_listening(address: str) -> None:
+    """Raise if nobody listens at an address of the form host:port; Ray would try for minutes."""
+    host, _, port = address.rpartition(":")
+    if host and port.isdecimal():
+        try:
+            socket.create_connection((host, int(port)), timeout=10.0).close()
+        except OSError as error:
+            raise _no_cluster(address, str(error)) from error
+
+
+def _no_cluster(address: str, why: str) -> InputError:
+    said = next(iter(why.splitlines()), "no answer")
+    return InputError(f"ray.address={address}: {said}; name a cluster that is running, or start one with 'ray start --head'")
+
+
+def _rollout_bytes(config: PpoConfig) -> int:
+    """Return what the rollouts of all actors take, three of each: one that is learnt from, one that is being made, one that came late."""
+    floats = config.task.observation_size + 2 * config.task.action_size + 200 * (config.learner.style > 0.0) + 10
+    return 3 * 4 * floats * config.collect.actors * config.collect.envs * config.collect.horizon

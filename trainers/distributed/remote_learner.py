@@ -1,0 +1,112 @@
+"""The learner as an actor of Ray's, on a node that has the cores for it; rollouts and weights reach it without passing this process."""
+
+from typing import Any
+
+import numpy as np
+import torch
+
+from agents.policy.policy import Policy
+from datasets.library.motion_library import ClipInfo, MotionLibrary
+from trainers.algorithms.policy_factory import fresh_policy
+from trainers.algorithms.ppo_config import PpoConfig
+from trainers.algorithms.ppo_learner import PpoLearner
+from trainers.algorithms.rollout import Rollout
+from trainers.distributed.ray_cluster import LearnerLostError, RayCluster
+
+
+class RolloutsLostError(RuntimeError):
+    """Rollouts were lost with their node before the learner had them."""
+
+
+class LearnerActor:
+    """Learns where Ray put it."""
+
+    def __init__(
+        self, config: PpoConfig, clips: tuple[ClipInfo, ...], arrays: dict[str, np.ndarray], fps: float, clip_weights: np.ndarray
+    ) -> None:
+        """Build the learner; the arguments are those of the run's ``RayCluster.shared``."""
+        self._learner = PpoLearner(config, MotionLibrary.from_arrays(clips, arrays, fps))
+
+    def update(self, progress: float, *rollouts: Rollout) -> tuple[dict[str, np.ndarray], dict[str, float]]:
+        """Improve the policy; return its new weights and the diagnostics, as two objects of Ray's."""
+        diagnostics = self._learner.update(list(rollouts), progress)
+        return self._learner.weights(), diagnostics
+
+    def weights(self) -> dict[str, np.ndarray]:
+        """Return the policy's weights."""
+        return self._learner.weights()
+
+    def get_state(self) -> dict[str, Any]:
+        """Return the learner's state."""
+        return self._learner.get_state()
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Go back to a state that ``get_state`` returned."""
+        self._learner.set_state(state)
+
+
+class RemoteLearner:
+    """Stands for a ``LearnerActor`` where a ``PpoLearner`` is expected."""
+
+    def __init__(self, config: PpoConfig, cluster: RayCluster) -> None:
+        """Start the learner.
+
+        Args:
+            config: Of the run.
+            cluster: Where it runs.
+        """
+        self._config, self._cluster = config, cluster
+        self._policy = fresh_policy(config)
+        self.restart()
+
+    def restart(self) -> None:
+        """Start another learner, with a fresh policy."""
+        gpus = self._cluster.gpus(self._config.device)
+        self._actor = self._cluster.actor(LearnerActor, self._config.learner.threads, self._config, *self._cluster.shared, gpus=gpus)
+        self._weights = self._actor.weights.remote()
+
+    def weights(self) -> Any:
+        """Return Ray's reference to the weights."""
+        return self._weights
+
+    @property
+    def policy(self) -> Policy:
+        """A copy of the policy in this process."""
+        weights = self._answer(self._weights)
+        self._policy.load_state_dict({name: torch.tensor(array) for name, array in weights.items()})
+        return self._policy
+
+    def update(self, rollouts: list[Any], progress: float) -> dict[str, float]:
+        """Improve the policy on rollouts, given as references; return diagnostics.
+
+        Raises:
+            RolloutsLostError: If they were lost on their way; nothing was learnt.
+            LearnerLostError: If the learner died.
+        """
+        weights, diagnostics = self._actor.update.options(num_returns=2).remote(progress, *rollouts)
+        try:
+            found = self._answer(diagnostics)
+        except self._cluster.ray.exceptions.ObjectLostError as error:
+            raise RolloutsLostError(str(error).splitlines()[0]) from error
+        self._weights = weights
+        return found
+
+    def get_state(self) -> dict[str, Any]:
+        """Return the learner's state."""
+        return self._answer(self._actor.get_state.remote())
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Put the learner into a state that ``get_state`` returned."""
+        self._answer(self._actor.set_state.remote(state))
+        self._weights = self._actor.weights.remote()
+
+    def _answer(self, reference: Any) -> Any:
+        """Return what the learner answers."""
+        errors = self._cluster.ray.exceptions
+        try:
+            return self._cluster.ray.get(reference)
+        except (errors.RayActorError, errors.NodeDiedError, errors.WorkerCrashedError) as error:
+            raise LearnerLostError(str(error).splitlines()[0]) from error
+
+
+Learner = PpoLearner | RemoteLearner  # whoever learns in a run

@@ -1,0 +1,90 @@
+"""A policy over whole clips: the evaluation protocol of METRICS.md."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from gymnasium.vector import AutoresetMode
+
+from datasets.library.motion_library import MotionLibrary
+from envs.mimic.episode_metrics import TRACKING_METRICS
+from envs.mimic.spec import EPISODE_FRAMES, MimicSpec
+from envs.vector_env import AdaptMimicVectorEnv
+
+OFFSETS = 20  # rollouts of a window, each beginning one frame later
+WINDOW = EPISODE_FRAMES + OFFSETS  # frames
+SHORTEST = 120  # frames: clips under 2 s are left out
+WORLDS = 512  # rollouts played at once
+
+Act = Callable[[np.ndarray], np.ndarray]  # observations (N, O) to actions (N, A)
+
+
+class Rollouts(NamedTuple):
+    """Where R rollouts begin and how long each may last.
+
+    Attributes:
+        clip: Index in the library, shape (R,).
+        frame: First frame within the clip, shape (R,).
+        frames: Frames of the reference, shape (R,).
+        window: Index of the window that it belongs to, shape (R,).
+    """
+
+    clip: np.ndarray
+    frame: np.ndarray
+    frames: np.ndarray
+    window: np.ndarray
+
+
+def protocol(library: MotionLibrary, every: int = 1) -> tuple[Rollouts, list[str]]:
+    """Return the rollouts of the evaluation protocol, and the names of the clips that are too short for it.
+
+    Args:
+        library: Clips at 60 fps.
+        every: Take only each so-many-th of the 20 offsets; 1 is the protocol.
+    """
+    rows: list[tuple[int, int, int, int]] = []
+    too_short = [clip.name for clip in library.clips if clip.frames < SHORTEST]
+    window = 0
+    for index, clip in enumerate(library.clips):
+        if clip.frames < SHORTEST:
+            continue
+        frames = min(EPISODE_FRAMES, clip.frames - OFFSETS)
+        for start in range(0, max(clip.frames - WINDOW, 0) + 1, WINDOW):
+            rows += [(index, start + offset, frames, window) for offset in range(0, OFFSETS, every)]
+            window += 1
+    return Rollouts(*np.array(rows, dtype=int).reshape(-1, 4).T), too_short
+
+
+def play(act: Act, library: MotionLibrary, spec: MimicSpec, rollouts: Rollouts, threads: int) -> dict[str, np.ndarray]:
+    """Return the tracking metrics of each rollout of a deterministic policy.
+
+    Args:
+        act: The policy.
+        library: Clips.
+        spec: Variant of the task that the policy was trained for.
+        rollouts: Where to begin.
+        threads: Native threads.
+
+    Returns:
+        Each of ``TRACKING_METRICS``, shape (R,).
+    """
+    count = len(rollouts.clip)
+    found = {name: np.full(count, np.nan) for name in TRACKING_METRICS}
+    env = AdaptMimicVectorEnv(library, min(WORLDS, count), spec, threads, AutoresetMode.DISABLED)
+    for first in range(0, count, env.num_envs):
+        # The last part is filled up with rollouts that were played before: an env has one size.
+        part = np.arange(first, first + env.num_envs) % count
+        observation, _ = env.reset(options={"clip": rollouts.clip[part], "frame": rollouts.frame[part], "frames": rollouts.frames[part]})
+        running = np.ones(env.num_envs, dtype=bool)
+        while running.any():
+            observation, _, terminated, truncated, info = env.step(act(observation))
+            just = running & (terminated | truncated)
+            for name in TRACKING_METRICS if just.any() else ():
+                found[name][part[just]] = info["tracking"][name][just]
+            running &= ~just
+    return found
+
+
+def zero_residual(spec: MimicSpec) -> Act:
+    """Return the policy that corrects nothing: the clip's own joint angles as PD targets."""
+    return lambda observation: np.zeros((len(observation), spec.action_size), dtype=np.float32)

@@ -1,0 +1,135 @@
+"""One update of a LoBSTr network from pieces of clips (section 3.3), and its errors on a performer that it does not learn from."""
+
+from typing import Any
+
+import torch
+from torch.nn import functional
+
+from agents.lobstr.model import LobstrModel, LowerBody, pose_targets
+from agents.lobstr.spec import WINDOW
+from configs.errors import InputError
+from datasets.motion.rotation import about_axis, multiply, rotate
+from datasets.trackers.features import tracker_features
+from datasets.trackers.lower_body import JOINTS, SIX, from_six, toe_positions
+from datasets.trackers.trackers import PELVIS
+from trainers.algorithms.learner_state import get_state, set_state
+from trainers.supervised.lobstr_config import LobstrConfig
+from trainers.supervised.lobstr_data import LobstrData
+
+STATISTICS = 512  # pieces from which the normalisation is taken
+SCORED = 512  # pieces of the held-out performer that a score looks at
+
+
+class LobstrLearner:
+    """Owns network, optimiser and the random order of pieces."""
+
+    def __init__(self, config: LobstrConfig, data: LobstrData) -> None:
+        """Build everything from the run's seed."""
+        torch.set_num_threads(config.learner.threads)
+        torch.manual_seed(config.seed)
+        self.config = config.learner
+        self.model = LobstrModel(config.model)
+        self.random = torch.Generator().manual_seed(config.seed)
+        self._length = WINDOW + self.config.predicted  # one more than features: they are differences
+        self._frames = data.frames._replace(poses=pose_targets(config.model, data.frames.poses, data.frames.rotations[:, PELVIS]))
+        self._starts, scored = data.training.starts(self._length), data.holdout.starts(self._length)
+        for name, starts in (("training", self._starts), ("held-out", scored)):
+            if not len(starts):
+                raise InputError(f"no {name} clip has {self._length} frames at 45 Hz; take longer clips or a smaller learner.predicted")
+        self._scored = scored[:: max(1, -(-len(scored) // SCORED))]
+        starts = self._draw(STATISTICS)
+        self.model.fit_normalisation(self._features(starts, noisy=True), self._frames.poses[starts])
+        self.optimiser = torch.optim.Adam(self.model.parameters(), lr=self.config.learning_rate)
+
+    @property
+    def samples(self) -> int:
+        """Predicted frames of an update."""
+        return self.config.batch * self.config.predicted
+
+    def learning_rate(self, progress: float) -> float:
+        """Return Adam's rate at a share ``progress`` of the training."""
+        return self.config.learning_rate * (self.config.final_learning_rate / self.config.learning_rate) ** progress
+
+    def update(self, progress: float) -> torch.Tensor:
+        """Improve the network on one batch of random pieces; return its loss.
+
+        Args:
+            progress: Share of the training that lies behind.
+        """
+        for group in self.optimiser.param_groups:
+            group["lr"] = self.learning_rate(progress)
+        self.model.train()
+        loss = self._losses(self._draw(self.config.batch), noisy=True)["loss"]
+        self.optimiser.zero_grad()
+        loss.backward()
+        self.optimiser.step()
+        return loss.detach()
+
+    @torch.inference_mode()
+    def score(self) -> dict[str, float]:
+        """Return the errors on pieces of the held-out performer with perfect trackers."""
+        self.model.eval()
+        parts = [self._losses(starts, noisy=False) for starts in self._scored.split(64)]
+        weights = [len(starts) / len(self._scored) for starts in self._scored.split(64)]
+        return {name: float(sum(w * part[name] for w, part in zip(weights, parts, strict=True))) for name in parts[0]}
+
+    def _losses(self, starts: torch.Tensor, noisy: bool) -> dict[str, torch.Tensor]:
+        """Return the loss of pieces, and what it is about in numbers that mean something."""
+        rows = starts[:, None] + torch.arange(WINDOW, self._length)
+        poses, contacts = self._frames.poses[rows], self._frames.contacts[rows].long()
+        before = self._frames.poses[rows - 1] if self.model.spec.autoregressive else None
+        features = self._features(starts, noisy)
+        with torch.autocast("cpu", torch.bfloat16, enabled=self.config.half):
+            predicted = LowerBody(*(part.float() for part in self.model(features, before)))
+        toes, true_toes = _toes(predicted.pose), _toes(poses)
+        distances = _norm(toes - true_toes)
+        losses = {
+            "pose": (predicted.pose - poses).abs().mean(),
+            "kinematics": distances.mean(),
+            "velocity": _norm(toes.diff(dim=1) - true_toes.diff(dim=1)).mean(),  # ERRATA: predicted minus predicted
+            "contact": functional.cross_entropy(predicted.contact.flatten(0, 2), contacts.flatten()),
+        }
+        right = (predicted.contact.argmax(-1) == contacts).float().mean()
+        loss = sum((getattr(self.config, name) * value for name, value in losses.items()), torch.zeros(()))
+        return {"loss": loss, "toe_error_cm": 100.0 * distances.mean(), "contact_accuracy": 100.0 * right}
+
+    def _draw(self, count: int) -> torch.Tensor:
+        """Return the starts of random pieces: long clips are drawn as often as they have frames (appendix 3)."""
+        return self._starts[torch.randint(len(self._starts), (count,), generator=self.random)]
+
+    def _features(self, starts: torch.Tensor, noisy: bool) -> torch.Tensor:
+        """Return what is seen of pieces, shape (B, ``WINDOW`` - 1 + predicted, F)."""
+        rows = starts[:, None] + torch.arange(self._length)
+        trackers = self._frames.positions[rows], self._frames.rotations[rows]
+        positions, rotations = self._disturb(*trackers) if noisy else trackers
+        return tracker_features(self.model.spec.inputs, (positions[:, :-1], rotations[:, :-1]), (positions[:, 1:], rotations[:, 1:]))
+
+    def _disturb(self, positions: torch.Tensor, rotations: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        """Return the trackers as they are worn, and as they are measured (appendix 2)."""
+        shape = positions.shape[:-1]
+
+        def normal(*size: int) -> torch.Tensor:
+            return torch.randn(size, generator=self.random)
+
+        worn = normal(shape[0], 1, shape[2], 3) * self.config.displaced
+        off = functional.normalize(normal(*shape, 3), dim=-1) * normal(*shape, 1) * self.config.noise
+        angle = torch.rand(shape, generator=self.random) * torch.deg2rad(torch.tensor(self.config.turned))
+        turn = about_axis(functional.normalize(normal(*shape, 3), dim=-1), angle)
+        return positions + rotate(rotations, worn.expand(positions.shape)) + off, multiply(rotations, turn)
+
+    def get_state(self) -> dict[str, Any]:
+        """Return everything that the next update depends on."""
+        return get_state(self.model, self.optimiser, self.random)
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Go back to a state that ``get_state`` returned."""
+        set_state(self.model, self.optimiser, self.random, state)
+
+
+def _toes(poses: torch.Tensor) -> torch.Tensor:
+    """Return toe-bases (..., 2, 3) [m] of poses (..., 48)."""
+    return toe_positions(from_six(poses.unflatten(-1, (len(JOINTS), SIX))))
+
+
+def _norm(v: torch.Tensor) -> torch.Tensor:
+    return (v.square().sum(-1) + 1e-12).sqrt()
