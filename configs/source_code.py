@@ -20,11 +20,11 @@ def imported_files(*modules: str, root: Path = ROOT) -> list[Path]:
         file = ahead.pop()
         if file not in found:
             found.add(file)
-            ahead += _imports(file, root)
+            ahead += direct_imports(file, root)
     return sorted(found)
 
 
-def _imports(file: Path, root: Path) -> Iterator[Path]:
+def direct_imports(file: Path, root: Path = ROOT) -> Iterator[Path]:
     """Yield the project's files that a file imports anywhere in it."""
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):

@@ -4,7 +4,7 @@ from importlib.util import find_spec
 
 import gymnasium
 
-if find_spec("datasets.motion.humanoid") is None:
+if find_spec("datasets.motion") is None:
     import datasets
 
     raise ImportError(

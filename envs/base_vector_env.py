@@ -10,15 +10,17 @@ from gymnasium.vector.utils import batch_space
 
 from datasets.library.motion_library import MotionLibrary, Reference
 from datasets.motion.body_state import BodyState
+from datasets.motion.clip import FPS
 from datasets.motion.rotation import Array, namespace
 from envs.mimic.actuation import Motors
 from envs.mimic.episode_metrics import EpisodeMetrics, body_error
 from envs.mimic.observation import observe, preview
 from envs.mimic.root_assist import assist
-from envs.mimic.spec import FPS, FRAMES_PER_STEP, MimicSpec
+from envs.mimic.spec import MimicSpec
 from envs.mimic.start_sampling import StartSampler
 from envs.mimic.step_outcome import Outcome, judge
 from envs.physics.inverse_dynamics import with_feed_forward
+from envs.physics.protocol import FRAMES_PER_STEP
 
 OBSERVATION_LIMIT = 1e5  # m or m/s: more than bodies can reach while no degree of freedom exceeds the physics' MAX_SPEED
 

@@ -10,16 +10,9 @@ from gymnasium.vector import AutoresetMode
 
 from datasets.library.motion_library import MotionLibrary
 from datasets.library.sources import ROUGH_GROUND_KINDS, load_clips
-from envs.mimic.spec import (
-    DISCOUNT_OFFSET,
-    DISCOUNT_SLOPE,
-    DISCOUNT_THRESHOLD,
-    FPS,
-    FRAMES_PER_STEP,
-    MimicSpec,
-    action_table,
-    observation_table,
-)
+from datasets.motion.clip import FPS
+from envs.mimic.spec import DISCOUNT_OFFSET, DISCOUNT_SLOPE, DISCOUNT_THRESHOLD, MimicSpec, action_table, observation_table
+from envs.physics.protocol import FRAMES_PER_STEP
 from envs.vector_env import AdaptMimicVectorEnv
 
 

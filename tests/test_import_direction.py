@@ -1,11 +1,13 @@
-"""Imports point one way, name modules of ours that exist, and let no pickle in."""
+"""Imports point one way between packages and between their rooms, run in no circle, name modules that exist, and let no pickle in."""
 
 import ast
 from collections.abc import Iterator
+from graphlib import TopologicalSorter
+from pathlib import Path
 
 import pytest
 
-from configs.source_code import ROOT
+from configs.source_code import PACKAGES, ROOT, direct_imports
 
 MAY_IMPORT = {
     "configs": set(),
@@ -14,6 +16,30 @@ MAY_IMPORT = {
     "agents": {"configs", "datasets"},
     "trainers": {"configs", "datasets", "envs", "agents"},
     "eval": {"configs", "datasets", "envs", "agents", "trainers"},
+}
+# The rooms of each package from the ground up: a room imports from those below it, none beside or above it. "" is the package itself.
+LAYERS = {
+    "configs": [{""}],
+    "datasets": [
+        {"", "motion"},
+        {"formats", "ik"},
+        {"retarget", "synthetic"},
+        {"imu"},
+        {"cleanup", "library"},
+        {"trackers", "describe"},
+    ],
+    "envs": [{"physics"}, {"mimic"}, {""}],
+    "agents": [{""}, {"policy", "root.networks"}, {"root", "lobstr"}, {"weights"}],
+    "trainers": [{"", "runs", "data"}, {"algorithms"}, {"collectors", "evaluation", "supervised"}, {"distributed"}, {"ppo"}],
+    "eval": [
+        {"live", "metrics", "runs", "backends"},
+        {"", "pages"},
+        {"clean", "report", "study.protocol", "study.suit", "benchmark.contacts", "benchmark.peers", "benchmark.timing"},
+        {"study.clean", "study.lobstr", "study.policy", "study.root", "benchmark.scaling"},
+        {"study.search"},
+        {"study"},
+        {"benchmark"},
+    ],
 }
 GUARD = "envs/__init__.py"  # imports whatever is called datasets, to say where a foreign one was found
 PICKLES = {"pickle", "cPickle", "_pickle", "cloudpickle", "dill", "joblib", "shelve", "marshal"}
@@ -65,6 +91,65 @@ def test_package_imports_only_what_it_may(package: str) -> None:
     assert not found, "\n".join(found)
 
 
+def room_of(file: Path) -> tuple[str, str]:
+    """Return the package of a file and its room."""
+    package, *inner, _ = file.relative_to(ROOT).parts
+    return package, ".".join(inner)
+
+
+def may_import(importer: tuple[str, str], imported: tuple[str, str]) -> bool:
+    """Return whether a room may import from another, as far as rooms of one package are concerned."""
+    if importer == imported or importer[0] != imported[0]:
+        return True
+    floor = {room: height for height, rooms in enumerate(LAYERS[importer[0]]) for room in rooms}
+    return floor[imported[1]] < floor[importer[1]]
+
+
+def own_files() -> list[Path]:
+    """Return every module of the project, without the packages' own files: whoever imports a module imports them."""
+    return [file for package in PACKAGES for file in sorted((ROOT / package).rglob("*.py")) if file.name != "__init__.py"]
+
+
+def test_every_room_has_its_layer() -> None:
+    listed = {(package, room) for package, layers in LAYERS.items() for rooms in layers for room in rooms}
+    assert {room_of(file) for file in own_files()} <= listed
+    assert all((ROOT / package / room.replace(".", "/") / "__init__.py").is_file() for package, room in listed)
+
+
+def test_rooms_import_only_from_layers_below() -> None:
+    files = set(own_files())
+    wrong = [
+        f"{file.relative_to(ROOT)} imports {imported.relative_to(ROOT)}"
+        for file in sorted(files)
+        for imported in direct_imports(file)
+        if imported in files and not may_import(room_of(file), room_of(imported))
+    ]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_imports_run_in_no_circle() -> None:
+    files = set(own_files())
+    graph = {
+        file: {imported for imported in direct_imports(file) if imported in files and imported.name != "__init__.py"} for file in files
+    }
+    list(TopologicalSorter(graph).static_order())  # raises CycleError
+
+
+@pytest.mark.parametrize(
+    ("importer", "imported", "allowed"),
+    [
+        (("datasets", "retarget"), ("datasets", "motion"), True),
+        (("datasets", "motion"), ("datasets", "retarget"), False),
+        (("datasets", "formats"), ("datasets", "ik"), False),  # beside each other
+        (("eval", "clean"), ("eval", "study.clean"), False),
+        (("envs", ""), ("envs", "physics"), True),
+        (("trainers", "ppo"), ("datasets", "motion"), True),  # the packages' own rule
+    ],
+)
+def test_a_room_above_or_beside_is_refused(importer: tuple[str, str], imported: tuple[str, str], allowed: bool) -> None:
+    assert may_import(importer, imported) is allowed
+
+
 @pytest.mark.parametrize(
     ("package", "source"),
     [
@@ -78,7 +163,7 @@ def test_package_imports_only_what_it_may(package: str) -> None:
         ("trainers", "from datasets.arrow_dataset import Dataset"),
         ("eval", "import eval"),
         ("envs", "from . import reward"),
-        ("envs", "from .reward import reward"),
+        ("envs", "from .mimic import reward"),
         ("trainers", "import pickle"),
         ("trainers", "from torch import save"),
         ("trainers", "import torch\ntorch.load('x', weights_only=True)"),
@@ -95,7 +180,7 @@ def test_what_is_forbidden_is_found(package: str, source: str) -> None:
         ("datasets", "from datasets.motion.clip import Motion\nfrom configs.errors import InputError"),
         ("eval", "import numpy as np\nfrom datasets.motion.clip import Motion\nnp.load('x', allow_pickle=False)"),
         ("trainers", "import datasets.motion.clip"),
-        ("envs", "from envs import reward"),
+        ("envs", "from envs.mimic import reward"),
     ],
 )
 def test_what_is_allowed_passes(package: str, source: str) -> None:

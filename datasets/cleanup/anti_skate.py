@@ -7,9 +7,8 @@ import numpy as np
 
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_COUNT, SKELETON
-from datasets.motion.kinematics import sole_points, support_steps
+from datasets.motion.kinematics import SAME_LEVEL, sole_points, support_steps
 from datasets.motion.skeleton import forward_kinematics
-from datasets.retarget.retarget import SAME_LEVEL
 
 # Measured on simulated suits, with a root that errs by 1 cm/s of bias, 3 cm/s of wandering and 3 % of the way: here walks of cmu/train
 # end up about as near to the truth as without the filter, and skate at 25 instead of 32 cm/s. With 0.3 and 0.6 m/s and 5 cm it is

@@ -9,9 +9,8 @@ from datasets.ik.leg_ik import SHIN, THIGH, leg_ik
 from datasets.ik.two_bone_ik import within_reach
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import FEET, NAMES
-from datasets.motion.kinematics import body_poses, continuous, sole_points, support_steps
+from datasets.motion.kinematics import SAME_LEVEL, body_poses, continuous, sole_points, support_steps
 from datasets.motion.rotation import about_axis, conjugate, cross, multiply, rotate
-from datasets.retarget.retarget import SAME_LEVEL
 
 BLEND = 0.15  # s, within which a correction comes and goes: half of a brisk step's swing
 SLOPE_FRAMES = 3  # over which the speed is averaged with which a correction leaves its contact

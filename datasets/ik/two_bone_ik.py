@@ -3,7 +3,7 @@
 import numpy as np
 
 from datasets.motion.rotation import about_axis, cross, multiply, rotate
-from datasets.retarget.calibration import between, unit_vector
+from datasets.motion.vectors import between, unit_vector
 
 # Bend [rad] below which the calibrated hinge axis is used, and beyond which the plane of the limb itself; in between
 # they blend. The second pair is for a limb that seems to bend the wrong way: then noise is likelier than a new plane.

@@ -13,7 +13,7 @@ from vqf import VQF
 from datasets.imu.sensor_model import CALIBRATION, GRAVITY, SENSOR_BODIES, SENSOR_RATE, START, Recording, SuitNoise, record
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import ANKLE_HEIGHT, BODIES, BODY_COUNT, FEET, NAMES, SKELETON
-from datasets.motion.kinematics import body_poses, continuous, lowest_points
+from datasets.motion.kinematics import continuous, on_ground
 from datasets.motion.rotation import about_axis, conjugate, from_rotation_vector, multiply, normalise, rotate, to_rotation_vector
 from datasets.motion.skeleton import forward_kinematics
 
@@ -27,7 +27,6 @@ _STANCE_FLOOR = 0.03  # confidence in a moving lowest point: without it the root
 _FREE_FALL = 3.0  # m/s^2: a body that weighs less does not stand; one that weighs twice as much may
 _HOLD_SECONDS = 0.02  # within which the root takes over the velocity that keeps the standing foot where it was
 _GROUND_SECONDS = 0.15  # within which the standing foot is pulled to the ground
-_GROUND_PERCENTILE = 20.0  # of the lowest point is put on the ground; so chosen that clips sink in as deep as those of real suits
 
 
 @dataclass(frozen=True)
@@ -183,12 +182,6 @@ def _sole_points(local: np.ndarray, leg_scale: float) -> np.ndarray:
         for body, sole in ((foot, _SOLE_FOOT), (toe, _SOLE_TOE)):
             points.extend(positions[:, body] + rotate(rotations[:, body], point) for point in sole)
     return np.stack(points, axis=1)
-
-
-def on_ground(motion: BodyMotion) -> BodyMotion:
-    """Return a clip of level ground with its feet on it, as deep as those of real suits' clips after retargeting."""
-    lift = -np.percentile(lowest_points(*body_poses(motion)).min(axis=-1), _GROUND_PERCENTILE)
-    return replace(motion, root_position=motion.root_position + np.array([0.0, 0.0, lift]))
 
 
 def _at_clip_rate(root: np.ndarray, local: np.ndarray, clean: BodyMotion) -> tuple[np.ndarray, np.ndarray]:

@@ -11,14 +11,13 @@ import numpy as np
 from configs.errors import InputError
 from datasets.imu.recording import read_imu_recording
 from datasets.imu.sensor_model import SENSOR_RATE
-from datasets.motion.clip import BodyMotion
+from datasets.motion.clip import FPS, BodyMotion
 from datasets.motion.kinematics import resample
 from datasets.retarget.joint_mapping import Mapping
 from datasets.retarget.performer_clip import read_capture
 from datasets.retarget.retarget import retarget
 
 SYNTHETIC = "synthetic"
-FPS = 60.0
 INDEX = "motions.csv"
 BVH, MVNX = ".bvh", ".mvnx"
 ROUGH_GROUND_KINDS = ("stairs", "steps", "climb")  # need another ground than a flat one

@@ -8,6 +8,8 @@ import numpy as np
 from datasets.motion.humanoid import BODY_COUNT
 from datasets.motion.skeleton import Skeleton
 
+FPS = 60.0  # of every reference [1/s]
+
 
 def _freeze(owner: object, field: str, shape_tail: tuple[int, ...]) -> None:
     """Replace an array field by a read-only float copy, checked for its shape (T, *shape_tail) and for finite numbers."""

@@ -10,6 +10,8 @@ from datasets.motion.humanoid import ANKLE_HEIGHT, BODIES, CENTRES, FEET, MASSES
 from datasets.motion.rotation import conjugate, multiply, normalise, rotate, to_rotation_vector
 from datasets.motion.skeleton import forward_kinematics
 
+SAME_LEVEL = 0.08  # m; soles that stand higher than that stand on something
+
 # Heel, ball and toe tip of both feet in their bodies [m]. The ball is the rear of the toes, which rest while a foot rolls over them.
 SOLE_BODIES = [body for foot, toe in FEET for body in (foot, toe, toe)]
 SOLES = np.array(2 * [[-0.06, 0.0, -ANKLE_HEIGHT], [0.0, 0.0, -0.02], [0.07, 0.0, -0.02]])
@@ -139,3 +141,12 @@ def resample_to(motion: BodyMotion, frames: int, fps: float) -> BodyMotion:
     root = CubicSpline(old, motion.root_position)(new)
     rotations = normalise(CubicSpline(old, continuous(motion.local_rotations))(new))
     return replace(motion, root_position=root, local_rotations=rotations, fps=fps)
+
+
+_GROUND_PERCENTILE = 20.0  # of the lowest point is put on the ground; so chosen that clips sink in as deep as those of real suits
+
+
+def on_ground(motion: BodyMotion) -> BodyMotion:
+    """Return a clip of level ground with its feet on it, as deep as those of real suits' clips after retargeting."""
+    lift = -np.percentile(lowest_points(*body_poses(motion)).min(axis=-1), _GROUND_PERCENTILE)
+    return replace(motion, root_position=motion.root_position + np.array([0.0, 0.0, lift]))

@@ -14,6 +14,7 @@ from datasets.motion.humanoid import LEG_LENGTH
 from datasets.motion.kinematics import linear_velocity
 from datasets.motion.rotation import about_axis, conjugate, cross, multiply, rotate
 from datasets.motion.skeleton import forward_kinematics
+from datasets.motion.vectors import between, from_axes, unit_vector
 from datasets.retarget.performer_clip import Capture
 
 TORSO = ("pelvis", "spine", "chest", "head", "collar_l", "collar_r")
@@ -88,25 +89,6 @@ def calibrate(capture: Capture, world: World, foot_tips: dict[str, np.ndarray]) 
         enough = standing.sum() >= STANCE_SECONDS * capture.motion.fps
         frames |= _sole(side, _frames(world, standing) if enough else reference, foot_tips[f"foot_{side}"])
     return Calibration(_equal_slopes(frames, foot_tips), axes, rest_is_human, stands)
-
-
-def unit_vector(v: np.ndarray) -> np.ndarray:
-    """Return vectors (..., 3) of length one; zero stays zero."""
-    return v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-12)
-
-
-def from_axes(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Return the rotations (..., 4) that carry the world's axes onto the orthonormal ``x``, ``y``, ``z`` (..., 3)."""
-    matrices = np.stack([x, y, z], axis=-1)
-    return Rotation.from_matrix(matrices.reshape(-1, 3, 3)).as_quat(scalar_first=True).reshape(*x.shape[:-1], 4)
-
-
-def between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the smallest rotations (T, 4) that carry unit vectors ``a`` (T, 3) onto ``b`` (T, 3)."""
-    q = np.concat([1.0 + np.sum(a * b, axis=-1, keepdims=True), cross(a, b)], axis=-1)
-    opposite = q[:, 0] < 1e-9
-    q[opposite] = (0.0, 0.0, 0.0, 1.0)  # half a turn about the vertical: limbs at rest are across it or along it
-    return q / np.linalg.norm(q, axis=-1, keepdims=True)
 
 
 def _rest_world(capture: Capture) -> World:

@@ -13,9 +13,10 @@ import numpy as np
 from datasets.ik.two_bone_ik import bend_normal
 from datasets.motion.clip import BodyMotion, Motion
 from datasets.motion.humanoid import BODIES, FEET, LEG_LENGTH, NAMES, SKELETON
-from datasets.motion.kinematics import body_poses, joint_poses, lowest_points
+from datasets.motion.kinematics import SAME_LEVEL, body_poses, joint_poses, lowest_points
 from datasets.motion.rotation import about_axis, conjugate, cross, heading, multiply, rotate
-from datasets.retarget.calibration import HINGED, Calibration, World, calibrate, from_axes, unit_vector
+from datasets.motion.vectors import from_axes, unit_vector
+from datasets.retarget.calibration import HINGED, Calibration, World, calibrate
 from datasets.retarget.joint_mapping import Roles
 from datasets.retarget.performer_clip import Capture, leg_length
 
@@ -23,7 +24,6 @@ from datasets.retarget.performer_clip import Capture, leg_length
 # sinking 3 mm on average, where the lowest tenth of all frames left them floating 18 mm and sinking 1 mm.
 STANDING_PERCENTILE = 25.0
 STAYS = 0.01  # m; a pelvis that stays within was never located: nobody keeps so still
-SAME_LEVEL = 0.08  # m; soles that stand higher than that stand on something
 LOWEST_PERCENTILE = 30.0  # of the lowest point in all frames, where no foot ever stands
 TOE_BEND = np.radians(60.0)  # as far as a toe gives way to the ground
 TOE_RELEASE = 0.2  # m; a toe is let go while its joint rises to there: well clear of the ground, and no whip when a foot lifts off

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from datasets.motion.clip import BodyMotion
+from datasets.motion.clip import FPS, BodyMotion
 from datasets.motion.curves import keyframes, reach_profile, smooth_noise, smoother_step
 from datasets.synthetic.footsteps import MIDFOOT, FeetTrack, Plant, Step, feet_track
 from datasets.synthetic.gait import Path, bounce, path_along, plan_steps
 from datasets.synthetic.movement_style import Style, draw_style
 from datasets.synthetic.upper_body import bending_carriage, standing_carriage, walking_carriage
-from datasets.synthetic.whole_body import FPS, Carriage, perform
+from datasets.synthetic.whole_body import Carriage, perform
 
 SHORTEST = 6.0  # s; in less nobody breaks into a run and stops again
 QUIET = 1.0  # s of standing at either end of a clip

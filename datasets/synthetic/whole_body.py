@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from datasets.ik.leg_ik import leg_ik
+from datasets.motion.clip import FPS
 from datasets.motion.curves import smooth_below
 from datasets.motion.humanoid import HEAD, NAMES, SKELETON
 from datasets.motion.kinematics import centre_of_mass
@@ -14,7 +15,6 @@ from datasets.motion.skeleton import forward_kinematics
 from datasets.synthetic.balance import GRAVITY, balanced_path, reachable_height, tipping_cure
 from datasets.synthetic.footsteps import FeetTrack
 
-FPS = 60.0
 ROUNDS = 5  # of moving the pelvis until the forces fit; the last moves it by a few millimetres in a run, by less than one elsewhere
 _Y = np.array([0.0, 1.0, 0.0])
 

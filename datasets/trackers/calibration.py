@@ -9,7 +9,7 @@ from datasets.motion.humanoid import NAMES
 from datasets.motion.rotation import about_axis, angle, conjugate, multiply, normalise, rotate
 from datasets.motion.rotation_matrices import matrices
 from datasets.motion.t_pose import T_POSE
-from datasets.retarget.calibration import between, unit_vector
+from datasets.motion.vectors import between, unit_vector
 from datasets.trackers.trackers import HAND_L, HAND_R, HEAD, TRACKED, TRACKERS, TrackerPoses
 
 STANDARD = T_POSE[TRACKED]  # m, of the four joints, (4, 3)

@@ -7,7 +7,8 @@ import numpy as np
 from datasets.library.motion_library import Observed
 from datasets.motion.body_state import BodyState
 from datasets.motion.rotation import Array, namespace
-from envs.mimic.spec import FRAMES_PER_STEP, REWARD_TERMS
+from envs.mimic.spec import REWARD_TERMS
+from envs.physics.protocol import FRAMES_PER_STEP
 
 TRACKING_METRICS = ("episode_length_ratio", "root_mse", "sr90", "max_reward_ratio", "root_mse_truth", "body_error")
 SURVIVED = 0.9  # share of the reference that a rollout must last, eq. 4.13

@@ -8,9 +8,6 @@ from functools import cached_property
 
 from datasets.motion.humanoid import BODY_COUNT, HINGE_COUNT, HINGES, NAMES
 
-FPS = 60.0  # of every reference [1/s]
-FRAMES_PER_STEP = 2  # control at 30 Hz
-CONTROL_STEP = FRAMES_PER_STEP / FPS  # s
 EPISODE_FRAMES = 300  # of the reference: 5 s, 150 control steps
 ALPHA_LOCAL, ALPHA_POSITION, ALPHA_VELOCITY = 2.5, 1.0, 0.1  # Table 4.2
 DISCOUNT_OFFSET, DISCOUNT_SLOPE = 1.3, 1.4  # eq. 4.9; the slope per metre

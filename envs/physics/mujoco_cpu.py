@@ -11,10 +11,10 @@ import numpy as np
 from mujoco.batch import Batch
 
 from datasets.motion.body_state import BodyState
+from datasets.motion.clip import FPS
 from datasets.motion.humanoid import BODY_COUNT
-from envs.mimic.spec import CONTROL_STEP, FPS, FRAMES_PER_STEP
 from envs.physics.humanoid_mjcf import build_model
-from envs.physics.protocol import engine_steps
+from envs.physics.protocol import CONTROL_STEP, FRAMES_PER_STEP, engine_steps
 
 MAX_SPEED = 500.0  # m/s or rad/s of any degree of freedom; beyond it a world has exploded
 _ALL = slice(None)

@@ -10,10 +10,9 @@ import torch
 from configs.errors import InputError
 from datasets.motion.body_state import BodyState
 from datasets.motion.humanoid import BODY_COUNT
-from envs.mimic.spec import CONTROL_STEP
 from envs.physics.humanoid_mjcf import build_model
 from envs.physics.mujoco_cpu import MAX_SPEED
-from envs.physics.protocol import engine_steps
+from envs.physics.protocol import CONTROL_STEP, engine_steps
 
 CONTACTS = 64  # for which there is room, in all worlds together, for each of them; a random policy's bodies have 12
 CONSTRAINTS = 256  # rows of the solver for which there is room in each world: 64 contacts; a random policy's bodies have up to 84 rows

@@ -9,7 +9,11 @@ from typing import Protocol
 import mujoco
 
 from datasets.motion.body_state import BodyState
+from datasets.motion.clip import FPS
 from datasets.motion.rotation import Array
+
+FRAMES_PER_STEP = 2  # control at 30 Hz
+CONTROL_STEP = FRAMES_PER_STEP / FPS  # s
 
 
 def engine_steps(model: mujoco.MjModel, seconds: float) -> int:

@@ -8,7 +8,8 @@ import torch
 from gymnasium.vector import AutoresetMode
 
 from datasets.library.motion_library import MotionLibrary
-from envs.mimic.spec import EPISODE_FRAMES, FRAMES_PER_STEP, MimicSpec
+from envs.mimic.spec import EPISODE_FRAMES, MimicSpec
+from envs.physics.protocol import FRAMES_PER_STEP
 from envs.torch_env import AdaptMimicTorchEnv
 from envs.vector_env import AdaptMimicVectorEnv
 from trainers.evaluation.protocol import Act

@@ -8,8 +8,8 @@ import numpy as np
 import torch
 
 from datasets.library.motion_library import MotionLibrary
-from envs.mimic.spec import CONTROL_STEP, MimicSpec
-from envs.physics.protocol import engine_steps
+from envs.mimic.spec import MimicSpec
+from envs.physics.protocol import CONTROL_STEP, engine_steps
 from envs.torch_env import AdaptMimicTorchEnv
 from envs.vector_env import AdaptMimicVectorEnv
 

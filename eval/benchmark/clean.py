@@ -12,14 +12,13 @@ import numpy as np
 from configs.errors import InputError
 from datasets.imu.suit_simulation import simulate_suit
 from datasets.library.sources import SYNTHETIC, load_clips
-from datasets.motion.clip import BodyMotion
+from datasets.motion.clip import FPS, BodyMotion
 from datasets.retarget.humanoid_bvh import bvh_of
 from datasets.retarget.performer_clip import capture
 from datasets.retarget.retarget import retarget
 from datasets.synthetic.clips import synthetic_clips
-from envs.mimic.spec import FPS
 from envs.physics.mujoco_cpu import FilmedPhysics
-from eval.benchmark.env import BareBatch, Tape
+from eval.benchmark.peers.bare_mujoco import BareBatch, Tape
 from eval.benchmark.timing.interleaved import Contender, Speed, interleave, torch_threads
 from eval.clean.pipeline import Cleaner
 from eval.clean.samcon import CROWD, Crowd

@@ -21,18 +21,10 @@ from eval.benchmark.contacts.measurement import GroundContact, Watched, measure,
 from eval.benchmark.contacts.model_variants import BEFORE, CHOSEN, HALVED, STEPS, VARIANTS, ModelVariant
 from eval.benchmark.contacts.plot import draw_contacts
 from eval.benchmark.timing.interleaved import Contender, Speed, interleave, torch_threads
+from eval.recordings import CLIPS
 from trainers.algorithms.policy_file import load_policy
 from trainers.evaluation.protocol import Act, zero_residual
 
-_BANDAI = "noncommercial/bandai/test/bnr_dataset-2_"
-CLIPS = {  # of performers that no training saw, by kind of motion, below a folder of real motion
-    "walk": (f"{_BANDAI}walk_youthful_001.bvh", f"{_BANDAI}walk_feminine_001.bvh", "cmu/test/cmu_05_01_mh165.bvh"),
-    "turn": (f"{_BANDAI}walk-turn-left_youthful_001.bvh", f"{_BANDAI}walk-turn-right_feminine_001.bvh"),
-    "run": (f"{_BANDAI}run_youthful_001.bvh", f"{_BANDAI}run_feminine_001.bvh"),
-    "dance": ("cmu/test/cmu_salsa_16.bvh", "cmu/test/cmu_05_12.bvh"),
-    "jump": ("cmu/test/cmu_01_01.bvh",),
-    "stand": (f"{_BANDAI}wave-both-hands_youthful_001.bvh", f"{_BANDAI}wave-left-hand_feminine_001.bvh"),
-}
 HELD, POLICY = "held", "policy"
 ROOT_FORCE = 0.4  # body weights that lead the root where there is no policy
 EACH = 2  # clips of each kind of another source

@@ -12,13 +12,13 @@ from datasets.cleanup.ground_levelling import hovers
 from datasets.cleanup.off_feet_segments import Span, off_the_ground
 from datasets.cleanup.performer_foot_lock import plant_feet
 from datasets.formats.bvh import Bvh
-from datasets.motion.clip import BodyMotion
+from datasets.motion.clip import FPS, BodyMotion
 from datasets.motion.kinematics import resample, resample_to
 from datasets.retarget.joint_mapping import Mapping
 from datasets.retarget.performer_clip import capture
 from datasets.retarget.retarget import retarget, retarget_again
 from datasets.retarget.transfer_back import to_bvh, transfer
-from envs.mimic.spec import FPS, MimicSpec
+from envs.mimic.spec import MimicSpec
 from eval.clean.result import Cleaned
 from eval.clean.stages import give_root, inside, perform, repair
 from trainers.algorithms.policy_file import load_policy

@@ -12,13 +12,13 @@ from eval.clean.report_data import frames_csv, report_data
 from eval.clean.result import Cleaned
 from eval.clean.video import picture_cleaning
 from eval.metrics.artefact_tracks import distances_local, distances_world, track_artefacts
+from eval.metrics.catalogue import shown
 from eval.metrics.rollout_motion import mean_over_clips
 from eval.pages.artefact_plots import course, over_time, spans
+from eval.pages.figures import GREY, RECORDED, Figure
 from eval.pages.output_files import write_whole
 from eval.pages.page import render_page
 from eval.pages.render import INSTALL_HINT
-from eval.report.page import shown
-from eval.report.plots import GREY, RECORDED, Figure
 
 IN_FOLDERS = ("foot_skate", "floating", "ground_penetration", "self_penetration", "jitter", "deviation_local", "truth_error_local")
 

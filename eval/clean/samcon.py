@@ -18,8 +18,9 @@ from datasets.motion.body_state import BodyState
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import HEAD, HINGE_COUNT
 from envs.mimic.episode_metrics import body_error
-from envs.mimic.spec import FRAMES_PER_STEP, MimicSpec
+from envs.mimic.spec import MimicSpec
 from envs.physics.mujoco_cpu import FilmedPhysics
+from envs.physics.protocol import FRAMES_PER_STEP
 from envs.vector_env import AdaptMimicVectorEnv
 
 CROWD = 96  # worlds

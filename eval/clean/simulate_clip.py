@@ -11,7 +11,8 @@ from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import local_rotations
 from datasets.motion.rotation import normalise
 from datasets.motion.smoothing import steady
-from envs.mimic.spec import FRAMES_PER_STEP, MimicSpec
+from envs.mimic.spec import MimicSpec
+from envs.physics.protocol import FRAMES_PER_STEP
 from eval.clean.samcon import Crowd, Take
 from eval.metrics.artefact_tracks import distances_local
 from eval.metrics.ground_reaction import carried, foot_loads

@@ -11,8 +11,8 @@ from datasets.cleanup.foot_contacts import foot_contacts
 from datasets.cleanup.ground_levelling import level_ground
 from datasets.cleanup.off_feet_segments import Span
 from datasets.imu.root_features import RATE
-from datasets.imu.suit_simulation import on_ground
 from datasets.motion.clip import BodyMotion
+from datasets.motion.kinematics import on_ground
 from datasets.motion.smoothing import steady
 from envs.mimic.spec import MimicSpec
 from envs.physics.self_collision import separate

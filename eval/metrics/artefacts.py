@@ -6,7 +6,7 @@ T frames. The tracks' metres come out in the units of METRICS: cm/s, mm and km/s
 import numpy as np
 
 from datasets.motion.clip import BodyMotion
-from eval.metrics.artefact_tracks import ArtefactTracks, distances_local, distances_world, track_artefacts
+from eval.metrics.artefact_tracks import ArtefactTracks, distances_local, distances_world, sole_speeds, track_artefacts
 
 SKATE_HEIGHT, SKATE_SPEED = 0.05, 0.5  # m, m/s: GMD's skating foot
 TOLERANCE = 0.005  # m, of the lowest point from the ground, before it floats or penetrates
@@ -120,3 +120,8 @@ def agreement(contacts_by_force: np.ndarray, contacts_by_height: np.ndarray) -> 
 def _mean(values: np.ndarray) -> float:
     """Return the mean; 0 where there is nothing to go wrong."""
     return float(values.mean()) if len(values) else 0.0
+
+
+def support_slide(clip: BodyMotion) -> float:
+    """Return the mean horizontal speed of the slower foot's lowest point [cm/s]: while one foot or the other stands, it should be zero."""
+    return 100.0 * float(sole_speeds(clip).min(axis=1).mean())

@@ -8,11 +8,12 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 
 from datasets.library.motion_library import MotionLibrary
-from datasets.motion.clip import BodyMotion
+from datasets.motion.clip import FPS, BodyMotion
 from datasets.motion.humanoid import local_rotations
 from datasets.motion.kinematics import resample
 from datasets.motion.rotation import normalise
-from envs.mimic.spec import FPS, FRAMES_PER_STEP, MimicSpec
+from envs.mimic.spec import MimicSpec
+from envs.physics.protocol import FRAMES_PER_STEP
 from envs.vector_env import AdaptMimicVectorEnv
 from eval.metrics.artefacts import artefacts
 from trainers.evaluation.protocol import Act, Rollouts

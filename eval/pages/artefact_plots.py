@@ -11,7 +11,7 @@ from scipy.ndimage import uniform_filter1d
 
 from eval.metrics.artefact_tracks import CONTACT_HEIGHT, JITTER_RATE, ArtefactTracks
 from eval.metrics.artefacts import BALANCE_MARGIN, OVERLAP
-from eval.report.plots import GREY, RECORDED, SUITED, Figure, figure, line
+from eval.pages.figures import GREY, RECORDED, SUITED, Figure, figure, line
 
 SIDES = {"before": (SUITED, "solid"), "after": (RECORDED, "solid"), "truth": ("text", "dot")}  # colour, dash
 POINTS = 1500  # of a line; in a longer clip a point stands for several frames, by the worst of them

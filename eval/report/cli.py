@@ -23,7 +23,7 @@ from eval.report.test_clips import TestedClips, choose_clips
 from eval.report.videos import Video, film, picture
 from eval.runs.trained_run import Run, load_run
 from eval.runs.training_curves import read_curves
-from trainers.algorithms.ppo_config import RECONSTRUCTED
+from trainers.data.motion_config import RECONSTRUCTED
 from trainers.runs.run_log import make_console
 
 

@@ -5,7 +5,7 @@ from dataclasses import asdict
 from typing import Any
 
 from datasets.library.motion_library import ClipInfo
-from envs.mimic.spec import FPS
+from datasets.motion.clip import FPS
 from eval.metrics.rollout_motion import mean_over_clips
 from eval.metrics.tracking import blocks, grouped
 from eval.report.evaluate import Track

@@ -6,7 +6,7 @@ from rich.console import Console
 
 from datasets.library.motion_library import MotionLibrary
 from datasets.motion.clip import BodyMotion
-from envs.mimic.spec import FRAMES_PER_STEP
+from envs.physics.protocol import FRAMES_PER_STEP
 from eval.metrics.rollout_motion import Comparison, Performance, compare, perform, weighted_mean
 from eval.metrics.tracking import ClipTracking, track
 from eval.runs.trained_run import Run

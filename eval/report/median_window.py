@@ -4,13 +4,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from datasets.motion.clip import BodyMotion
-from envs.mimic.spec import FPS, FRAMES_PER_STEP
+from datasets.motion.clip import FPS, BodyMotion
+from envs.physics.protocol import FRAMES_PER_STEP
 from eval.metrics.artefact_tracks import track_artefacts
 from eval.metrics.rollout_motion import SHORTEST_POSES, Performance, sides_of
 from eval.pages.artefact_plots import over_time
+from eval.pages.figures import Figure
 from eval.report.evaluate import Track
-from eval.report.plots import Figure
 
 
 class Course(NamedTuple):

@@ -1,50 +1,13 @@
 """Puts a report's numbers, plots and videos onto one page that needs no network."""
 
-from typing import Any, NamedTuple
+from typing import Any
 
 from omegaconf import OmegaConf
 
+from eval.metrics.catalogue import TRACKING, shown
 from eval.pages.page import render_page
 from eval.report.median_window import Course
 from eval.report.videos import Video
-
-
-class Metric(NamedTuple):
-    """How a metric is printed and read."""
-
-    unit: str
-    decimals: int
-    better: str
-    text: str
-
-
-TRACKING = {
-    "episode_length_ratio": Metric("ratio", 3, "higher", "how much of the reference the agent lasts"),
-    "sr90": Metric("ratio", 3, "higher", "share of rollouts that last at least 0.9 of it"),
-    "max_reward_ratio": Metric("ratio", 3, "higher", "reward gathered, of the most possible"),
-    "root_mse": Metric("m²", 4, "lower", "squared distance of the root from the reference's, while it lasts"),
-    "body_error": Metric("mm", 1, "lower", "distance of the bodies from the reference's, roots aligned, while it lasts"),
-    "root_mse_truth": Metric("m²", 4, "lower", "the same from the clean clip behind the faulty one"),
-}
-ARTEFACTS = {
-    "foot_skate": Metric("cm/s", 2, "lower", "horizontal speed of feet in contact"),
-    "skating_ratio": Metric("ratio", 3, "lower", "frames with a low foot faster than 0.5 m/s"),
-    "floating": Metric("mm", 2, "lower", "height of the lowest point above the ground"),
-    "ground_penetration": Metric("mm", 2, "lower", "depth of the lowest point under the ground"),
-    "self_penetration": Metric("ratio", 3, "lower", "frames with limbs through each other"),
-    "self_penetration_depth": Metric("mm", 2, "lower", "how deep"),
-    "jitter": Metric("km/s³", 3, "lower", "third difference of the joints' positions"),
-    "imbalance": Metric("ratio", 3, "lower", "contact frames with the centre of mass beside the feet"),
-    "deviation_local": Metric("mm", 1, "lower", "how far joints were moved, roots aligned"),
-    "deviation_world": Metric("mm", 1, "lower", "how far joints were moved, in the world"),
-    "truth_error_local": Metric("mm", 1, "lower", "distance to the clean clip, roots aligned"),
-    "truth_error_world": Metric("mm", 1, "lower", "distance to the clean clip, in the world"),
-}
-
-
-def shown(*sides: dict[str, float]) -> dict[str, Metric]:
-    """Return the artefacts of which any side has a value."""
-    return {name: metric for name, metric in ARTEFACTS.items() if any(name in side for side in sides)}
 
 
 def make_page(

@@ -4,26 +4,13 @@ from typing import Any
 
 import numpy as np
 
-from envs.mimic.spec import FPS
+from datasets.motion.clip import FPS
 from eval.metrics.tracking import ClipTracking, lasting
+from eval.pages.figures import GREY, RECORDED, SUITED, Figure, figure, line
 from eval.runs.training_curves import Curve
 
-RECORDED, SUITED = "#2f7dc8", "#d98a1f"  # legible on white and on black
-GREY = "#8a8f98"
 ROW_HEIGHTS = 16.0, 46.0  # pixels of a clip in the plot by clip: of many and of few
 TALLEST = 2400.0  # pixels of that plot, unless there are very many clips
-Figure = dict[str, Any]
-
-
-def figure(traces: list[dict[str, Any]], x_title: str, y_title: str, **layout: Any) -> Figure:
-    """Return a figure of traces, its axes titled."""
-    axes = {"xaxis": {"title": {"text": x_title}}, "yaxis": {"title": {"text": y_title}, "rangemode": "tozero"}}
-    return {"data": traces, "layout": {**axes, **layout}}
-
-
-def line(x: list[float], y: list[float], name: str, colour: str, dash: str = "solid") -> dict[str, Any]:
-    """Return a line, named in the legend; the page replaces the colour "text" by that of its text."""
-    return {"type": "scatter", "mode": "lines", "x": x, "y": y, "name": name, "line": {"color": colour, "dash": dash, "width": 2}}
 
 
 def survival(recorded: list[ClipTracking], suited: list[ClipTracking]) -> Figure:

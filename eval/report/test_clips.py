@@ -6,20 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from configs.errors import InputError
-from datasets.library.sources import (
-    FPS,
-    ROUGH_GROUND_KINDS,
-    SYNTHETIC,
-    Recorded,
-    credit,
-    find_files,
-    load_recordings,
-    read_index,
-    unique_names,
-)
-from datasets.motion.clip import BodyMotion
+from datasets.library.sources import ROUGH_GROUND_KINDS, SYNTHETIC, Recorded, credit, find_files, load_recordings, read_index, unique_names
+from datasets.motion.clip import FPS, BodyMotion
 from datasets.retarget.joint_mapping import read_mapping
-from trainers.algorithms.ppo_config import RECONSTRUCTED, DataConfig
+from trainers.data.motion_config import RECONSTRUCTED, DataConfig
 from trainers.data.root_reconstruction import FAULTY_SYSTEMS, Roots
 from trainers.data.training_motions import wear_suits
 from trainers.evaluation.protocol import SHORTEST

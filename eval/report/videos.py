@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from rich.console import Console
 
-from envs.mimic.spec import FPS, FRAMES_PER_STEP
+from datasets.motion.clip import FPS
+from envs.physics.protocol import FRAMES_PER_STEP
 from eval.metrics.rollout_motion import Performance
 from eval.pages.render import INSTALL_HINT, can_render, encode_mp4, poses, render_pair, save_picture
 from eval.report.evaluate import Track

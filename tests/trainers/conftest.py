@@ -8,7 +8,8 @@ import pytest
 from datasets.library import sources
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_COUNT
-from trainers.algorithms.ppo_config import CollectConfig, DataConfig, LearnerConfig, NetworkConfig, PpoConfig
+from trainers.algorithms.ppo_config import CollectConfig, LearnerConfig, NetworkConfig, PpoConfig
+from trainers.data.motion_config import DataConfig
 
 
 def standing(name: str, performer: str, frames: int = 240) -> BodyMotion:

@@ -8,7 +8,7 @@ import torch
 from agents.policy.amp_discriminator import Discriminator, instant_features, style_reward
 from configs.errors import InputError
 from datasets.library.motion_library import MotionLibrary
-from envs.mimic.spec import FRAMES_PER_STEP
+from envs.physics.protocol import FRAMES_PER_STEP
 from trainers.algorithms.learner_state import get_state, set_state
 from trainers.algorithms.rollout import Rollout
 from trainers.data.root_reconstruction import FAULTY_SYSTEMS

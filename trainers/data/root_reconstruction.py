@@ -7,9 +7,10 @@ import numpy as np
 
 from agents.root.reconstruct import reconstruct_root
 from agents.weights.pretrained import shipped_root_model
-from datasets.imu.suit_simulation import SuitClip, on_ground
+from datasets.imu.suit_simulation import SuitClip
 from datasets.library.sources import Recorded
 from datasets.motion.clip import BodyMotion
+from datasets.motion.kinematics import on_ground
 
 FAULTY_SYSTEMS = ("imu", "imu_suit")  # what they recorded is no truth, least of all the root
 BY_POSE, BY_SENSORS = "root3d_pose", "root3d"  # which shipped model serves clips without accelerations, and clips with them

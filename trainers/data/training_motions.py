@@ -16,9 +16,9 @@ from datasets.motion.discontinuities import cut_at_jumps
 from datasets.motion.mirror import mirrored
 from datasets.retarget.joint_mapping import read_mapping
 from envs.physics.inverse_dynamics import with_feed_forward
-from trainers.algorithms.ppo_config import CLEAN, RECONSTRUCTED, DataConfig
 from trainers.data.fingerprint import fingerprint
 from trainers.data.motion_cache import read_prepared, write_prepared
+from trainers.data.motion_config import CLEAN, RECONSTRUCTED, DataConfig
 from trainers.data.root_reconstruction import FAULTY_SYSTEMS, Roots
 
 SHORTEST = 1.0  # s; from less nothing can be learnt

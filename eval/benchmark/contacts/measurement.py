@@ -8,9 +8,10 @@ from gymnasium.vector import AutoresetMode
 
 from datasets.library.motion_library import MotionLibrary
 from envs.mimic.episode_metrics import body_error
-from envs.mimic.spec import CONTROL_STEP, MimicSpec
+from envs.mimic.spec import MimicSpec
 from envs.physics.humanoid_mjcf import FOOT_BODIES
 from envs.physics.mujoco_cpu import CpuPhysics
+from envs.physics.protocol import CONTROL_STEP
 from envs.vector_env import AdaptMimicVectorEnv
 from trainers.evaluation.protocol import Act
 

@@ -10,7 +10,7 @@ import numpy as np
 import torch
 
 from datasets.library.motion_library import MotionLibrary
-from eval.benchmark.env import BareBatch, Tape
+from eval.benchmark.peers.bare_mujoco import BareBatch, Tape
 from eval.benchmark.peers.matmul_limit import MatrixProducts
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.algorithms.ppo_learner import PpoLearner

@@ -11,18 +11,16 @@ from datasets.formats.bvh import read_bvh
 from datasets.imu.suit_simulation import simulate_suit
 from datasets.library.drift_alignment import re_anchor
 from datasets.library.sources import find_files, load_clips
-from datasets.motion.clip import BodyMotion
+from datasets.motion.clip import FPS, BodyMotion
 from datasets.motion.kinematics import resample
 from datasets.retarget.humanoid_bvh import bvh_of
 from datasets.retarget.performer_clip import capture
 from datasets.retarget.retarget import retarget, retarget_again
 from datasets.retarget.transfer_back import from_bvh
-from envs.mimic.spec import FPS
 from eval.clean.pipeline import Cleaner
 from eval.metrics.artefact_tracks import sole_speeds
-from eval.metrics.artefacts import artefacts
-from eval.study.root.test_takes import FOLDERS
-from eval.study.suit.study import REAL_CLIPS, support_slide
+from eval.metrics.artefacts import artefacts, support_slide
+from eval.recordings import FOLDERS, REAL_CLIPS
 from trainers.data.root_reconstruction import Roots
 
 SUITS, REAL, CLEAN = "simulated suits", "real suits", "already clean clips"

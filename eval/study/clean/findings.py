@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from eval.report.page import ARTEFACTS
+from eval.metrics.catalogue import ARTEFACTS
 from eval.study.clean.cases import AS_READ, BEFORE, CLEAN, REAL, SUITS, TRUTH
 from eval.study.clean.rows import ALL, NO_PHYSICS, SHIPPED, row_name
 

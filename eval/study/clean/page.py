@@ -3,8 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from eval.report.page import ARTEFACTS
-from eval.report.plots import GREY, RECORDED, SUITED, figure
+from eval.metrics.catalogue import ARTEFACTS
+from eval.pages.figures import GREY, RECORDED, SUITED, figure
 from eval.study.clean.cases import BEFORE, CLEAN, REAL, SOURCES, SUITS, TRUTH, Case, Result
 from eval.study.clean.findings import COMPARED
 from eval.study.clean.rows import ALL, NO_PHYSICS, SHIPPED, kind_part, row_name

@@ -14,13 +14,12 @@ from agents.weights.pretrained import SHIPPED_POLICY, WEIGHTS
 from configs.source_code import imported_files
 from eval.clean.pipeline import Cleaner
 from eval.pages.output_files import write_whole
+from eval.recordings import FOLDERS, REAL_CLIPS, check_recordings
 from eval.study.clean.cases import Case, Result, all_cases, as_json, clean_case, from_json
 from eval.study.clean.findings import clean_findings
 from eval.study.clean.page import GROUPS, clean_notes, clean_plots
 from eval.study.clean.rows import NO_PHYSICS, SHIPPED, clean_rows
 from eval.study.protocol.page import Study
-from eval.study.root.test_takes import FOLDERS, check_recordings
-from eval.study.suit.study import REAL_CLIPS
 from trainers.algorithms.policy_file import load_policy
 from trainers.runs.run_log import make_console
 

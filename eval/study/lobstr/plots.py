@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from eval.report.plots import GREY, Figure, figure, line
+from eval.pages.figures import GREY, Figure, figure, line
 from eval.runs.training_curves import Curve
 from eval.study.lobstr.variants import (
     AUTOREGRESSIVE,

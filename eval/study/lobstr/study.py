@@ -12,6 +12,7 @@ from rich.progress import track
 
 from agents.lobstr.model import LobstrModel
 from agents.weights.pretrained import SHIPPED_LOBSTR
+from eval.recordings import FOLDERS, TRAINED_ON, check_recordings
 from eval.runs.training_curves import read_curves
 from eval.runs.training_pool import train_all
 from eval.runs.training_spec import LOWER_BODY, Training, effort, run_name
@@ -24,13 +25,11 @@ from eval.study.lobstr.test_sessions import TestClip, perform, unseen_clips
 from eval.study.lobstr.user_rows import UserRows
 from eval.study.lobstr.variants import COMMONER, MEAN_POSE, REPRESENTATIONS, SHIPPED, TRUTH, VARIANTS, Variant
 from eval.study.protocol.page import Study, summarise_seeds
-from eval.study.root.test_takes import FOLDERS, check_recordings
 from trainers.runs.run_log import make_console
 from trainers.supervised.lobstr_config import LobstrConfig
 from trainers.supervised.lobstr_data import LobstrData, prepare_lobstr_data
 
 CONFIG = "lobstr"
-TRAINED_ON = "cmu/train"
 SEEDS = 3
 SAMPLES = 120 * 64 * 46  # predicted frames of each training: a minute of a core for a GRU
 EVALUATIONS = 10  # of each training on its held-out performer

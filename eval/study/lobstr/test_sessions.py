@@ -18,8 +18,8 @@ from datasets.trackers.calibration import TrackerCalibration, calibrate, joint_p
 from datasets.trackers.lower_body import leg_rotations, toe_contacts, toe_positions
 from datasets.trackers.trackers import RATE, TrackerPoses, tracker_poses
 from datasets.trackers.virtual_user import draw_wearing, t_pose, wear
+from eval.recordings import FOLDERS
 from eval.study.lobstr.variants import HEIGHTS
-from eval.study.root.test_takes import FOLDERS
 
 SITTERS = 1000, 2  # seed and number of made-up people who sit down: no recorded test clip does
 WEARINGS = 3  # times that each user puts the trackers on

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 
 from envs.mimic.spec import MimicSpec
-from eval.report.plots import figure, line
+from eval.pages.figures import figure, line
 from eval.runs.training_curves import Curve
 from eval.study.policy.scores import MEASURES, RECORDED
 from eval.study.policy.test_clips import TRAINED_ON, UnseenClips

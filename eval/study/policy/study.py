@@ -10,6 +10,7 @@ import torch
 from rich.console import Console
 from rich.progress import track
 
+from eval.recordings import FOLDERS, check_recordings
 from eval.runs.trained_run import load_run
 from eval.runs.training_curves import read_curves
 from eval.runs.training_pool import train_all
@@ -20,7 +21,6 @@ from eval.study.policy.scores import Scores, score_policy, size_of
 from eval.study.policy.test_clips import TRAINED_ON, UnseenClips, divide, find_unseen
 from eval.study.policy.variants import CONFIGURATION, MIXTURE, UNTRAINED, Variant
 from eval.study.protocol.page import Study, summarise_seeds
-from eval.study.root.test_takes import FOLDERS, check_recordings
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.data.training_motions import prepare_motions
 from trainers.evaluation.protocol import zero_residual

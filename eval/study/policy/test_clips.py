@@ -7,9 +7,8 @@ from pathlib import Path
 from configs.errors import InputError
 from datasets.library.motion_library import ClipInfo, MotionLibrary
 from datasets.library.sources import find_files, unique_names
-from eval.study.root.study import TRAINED_ON
-from eval.study.root.test_takes import FOLDERS
-from trainers.algorithms.ppo_config import DataConfig
+from eval.recordings import FOLDERS, TRAINED_ON
+from trainers.data.motion_config import DataConfig
 from trainers.data.training_motions import PreparedMotions, prepare_motions
 from trainers.evaluation.protocol import Rollouts, protocol
 

@@ -11,8 +11,9 @@ from agents.root.reconstruct import filtered_path
 from agents.weights.pretrained import WEIGHTS
 from datasets.imu.root_features import root_frames
 from eval.metrics.root_path import distance_ratio, drift, e_mse, motionless
+from eval.recordings import IMU, OPTICAL
 from eval.study.root.scores import Paths, Scores, score, trajectory_errors
-from eval.study.root.test_takes import IMU, OPTICAL, Take, Takes
+from eval.study.root.test_takes import Take, Takes
 from eval.study.root.variants import MOTIONLESS, OWN_ROOT, WALK_CONTACTS, WALK_OWN_ROOT
 from eval.study.suit.vicon_walk import RealWalk, contact_root, turned_onto
 

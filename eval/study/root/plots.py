@@ -7,10 +7,11 @@ import numpy as np
 
 from agents.root.path import FULL_ORDER
 from datasets.imu.root_features import RATE
+from eval.recordings import IMU
 from eval.study.protocol.page import Plot
 from eval.study.root.evaluate import Examined
 from eval.study.root.scores import METRES, error_table
-from eval.study.root.test_takes import IMU, SUITS, Take, Takes
+from eval.study.root.test_takes import SUITS, Take, Takes
 from eval.study.root.variants import CNN, OWN_ROOT, ROOT3D_ALONE, ROOT3D_IMU, ROOT3D_OPTICAL, SHIPPED_IMU, UNET
 
 COLOURS = {  # legible on white and on black

@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.progress import track
 
 from agents.root.model import RootModel
+from eval.recordings import FOLDERS, REAL_CLIPS, TRAINED_ON, WALK, check_recordings
 from eval.runs.training_pool import train_all
 from eval.runs.training_spec import SUPERVISED, Training, effort, run_name
 from eval.study.protocol.page import Study, summarise_seeds
@@ -17,16 +18,14 @@ from eval.study.root.findings import find
 from eval.study.root.page import GROUPS, NOTES
 from eval.study.root.plots import plot_all
 from eval.study.root.scores import Scores
-from eval.study.root.test_takes import FOLDERS, Takes, check_recordings, unseen_clips, wear_suits
+from eval.study.root.test_takes import Takes, unseen_clips, wear_suits
 from eval.study.root.variants import MODELS, Model
 from eval.study.suit.acceleration_check import MVNX, compare_accelerations
-from eval.study.suit.study import REAL_CLIPS, WALK
 from eval.study.suit.vicon_walk import RealWalk, real_walk
 from trainers.runs.run_log import make_console
 from trainers.supervised.root_config import RootConfig
 from trainers.supervised.root_data import prepare_root_data
 
-TRAINED_ON = "cmu/train"
 SEEDS = 3
 SAMPLES = {"planar": 150_000, "root3d": 2_500_000}  # windows of each training: about 100 s of a core
 PREPARED = ("data.synthetic=4", "data.takes=4")  # what takes minutes to prepare rather than a quarter of an hour

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from configs.errors import InputError
 from datasets.imu.root_features import RATE, RootFrames, root_frames
 from datasets.imu.suit_simulation import simulate_suit
 from datasets.library.sources import ROUGH_GROUND_KINDS, SYNTHETIC, load_clips
@@ -15,12 +14,11 @@ from datasets.motion.clip import BodyMotion
 from datasets.motion.kinematics import body_poses, lowest_points, resample
 from datasets.motion.rotation import heading
 from datasets.synthetic.clips import synthetic_clips
+from eval.recordings import FOLDERS, IMU, OPTICAL
 
-FOLDERS = ("cmu/test", "noncommercial/bandai/test")
 CLIMBERS = 1000, 2  # seed and number of made-up people who take stairs; trainings have the seeds from 0 on
 SUITS = 3  # recordings of each clip
 AIRBORNE = 0.05  # m, of the lowest point of the body
-OPTICAL, IMU = "optical", "imu"
 
 
 @dataclass(frozen=True)
@@ -86,10 +84,3 @@ def wear_suits(clips: Iterable[BodyMotion]) -> Takes:
         takes[OPTICAL].append(Take(clip, clip, suits[0].accelerations))
         takes[IMU] += [Take(clip, suit.faulty, suit.accelerations) for suit in suits]
     return takes
-
-
-def check_recordings(data: Path, names: Iterable[str]) -> None:
-    """Raise for the first of the files or folders that is not in the folder of real motion."""
-    for name in names:
-        if not (data / name).exists():
-            raise InputError(f"{data / name}: no such recording; the study needs it, --data names the folder of real motion")

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from eval.study.root.test_takes import IMU, OPTICAL
+from eval.recordings import IMU, OPTICAL
 
 UNET, CNN = "u-net, all", "CNN, all"
 UNET_RWI, CNN_RWI = "u-net, run-walk-idle", "CNN, run-walk-idle"

@@ -15,14 +15,14 @@ from agents.weights.pretrained import SHIPPED_POLICY
 from configs.errors import InputError
 from datasets.cleanup.foot_contacts import foot_contacts
 from datasets.library.sources import load_clips
-from datasets.motion.clip import BodyMotion
-from envs.mimic.spec import FPS, MimicSpec
-from eval.benchmark.contact import CLIPS
+from datasets.motion.clip import FPS, BodyMotion
+from envs.mimic.spec import MimicSpec
 from eval.clean.samcon import RESIDUAL, ROUND, Crowd
 from eval.clean.simulate_clip import insert_take
 from eval.clean.stages import repair
 from eval.metrics.artefact_tracks import distances_local
 from eval.metrics.artefacts import artefacts
+from eval.recordings import CLIPS
 from eval.study.clean.cases import stance_skate
 from eval.study.protocol.page import Group, Measure, Study, summarise_seeds
 from trainers.algorithms.policy_file import load_policy

@@ -19,26 +19,9 @@ from datasets.library.sources import SYNTHETIC, load_clips
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import NAMES
 from datasets.motion.kinematics import body_poses, resample
-from eval.metrics.artefact_tracks import sole_speeds
-from eval.metrics.artefacts import artefacts, distance_local, distance_world
+from eval.metrics.artefacts import artefacts, distance_local, distance_world, support_slide
+from eval.recordings import REAL_CLIPS, SEGMENTS, WALK, WALK_FRAMES
 
-REAL_CLIPS = (
-    "mit/imu/rokoko_jesse_dance.bvh",
-    "apache/imu/pn_milad.bvh",
-    "gpl/imu/xsens_andres_test_mocap.bvh",
-    "gpl/imu/xsens_neura_S02_walk1.bvh",
-)
-WALK = "gpl/imu/neura_S02_walk1"
-WALK_FRAMES = slice(1119, 2074)  # of the walk that Vicon saw
-SEGMENTS = {  # of the walk: our body, sensor file's ending, Vicon's columns
-    "pelvis": ("000_00B40B91", "qRPV"),
-    "thigh_l": ("000_00B40C45", "qLTH"),
-    "thigh_r": ("000_00B40C3C", "qRTH"),
-    "shin_l": ("000_00B40C44", "qLSK"),
-    "shin_r": ("000_00B40C47", "qRSK"),
-    "foot_l": ("000_00B40C55", "qLFT"),
-    "foot_r": ("000_00B40C48", "qRFT"),
-}
 COMPARED = ("foot_skate", "support_slide", "floating", "ground_penetration", "self_penetration", "jitter")
 SECONDS = 15.0  # of each optical clip, so that long ones do not rule
 SEEDS = 3
@@ -177,11 +160,6 @@ def _seen(clip: BodyMotion) -> dict[str, float]:
     foot that passes under 2 cm is then in contact too and rules ``foot_skate``; the slower foot's speed needs no contact.
     """
     return artefacts(clip) | {"support_slide": support_slide(clip)}
-
-
-def support_slide(clip: BodyMotion) -> float:
-    """Return the mean horizontal speed of the slower foot's lowest point [cm/s]: while one foot or the other stands, it should be zero."""
-    return 100.0 * float(sole_speeds(clip).min(axis=1).mean())
 
 
 def _with_suit(clips: list[BodyMotion]) -> tuple[list[dict[str, float]], list[dict[str, float]]]:

@@ -28,7 +28,7 @@ from datasets.motion.humanoid import NAMES, SKELETON
 from datasets.motion.rotation import about_axis, heading, rotate
 from datasets.retarget.performer_clip import read_capture
 from datasets.retarget.retarget import retarget
-from eval.study.suit.study import REAL_CLIPS, SEGMENTS, WALK, WALK_FRAMES
+from eval.recordings import REAL_CLIPS, SEGMENTS, WALK, WALK_FRAMES
 
 VICON_LEAD = 2  # frames by which Vicon's are ahead of the suit's
 UPPER_SHINS = {"shin_l": "000_00B40BA5", "shin_r": "000_00B40C35"}  # the sensors below the knee; those of SEGMENTS are at the ankle

@@ -5,9 +5,8 @@ import numpy as np
 import pytest
 
 from datasets.motion.humanoid import CENTRES, HINGE_NAMES, MASSES, NAMES
-from envs.mimic.spec import CONTROL_STEP
 from envs.physics.humanoid_mjcf import HINGE_KP, HINGE_KV, build_model, drive
-from envs.physics.protocol import engine_steps
+from envs.physics.protocol import CONTROL_STEP, engine_steps
 from tests.builders import STANDING, hinge
 
 HIGH = 5.0  # m, where nothing is touched

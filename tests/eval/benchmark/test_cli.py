@@ -12,7 +12,8 @@ from configs.errors import InputError
 from datasets.library.motion_library import MotionLibrary
 from envs.vector_env import AdaptMimicVectorEnv
 from eval.benchmark import cli as benchmark
-from eval.benchmark.env import BareBatch, BareStep, Tape, measure_envs
+from eval.benchmark.env import measure_envs
+from eval.benchmark.peers.bare_mujoco import BareBatch, BareStep, Tape
 from eval.benchmark.root import Task, measure_root
 from tests.envs.states import swaying
 

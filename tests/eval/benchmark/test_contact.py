@@ -10,9 +10,10 @@ from datasets.motion.clip import BodyMotion
 from envs.mimic.spec import MimicSpec
 from eval.benchmark import cli as benchmark
 from eval.benchmark import contact as benchmark_contact
-from eval.benchmark.contact import CLIPS, choose_clips, measure_contact
+from eval.benchmark.contact import choose_clips, measure_contact
 from eval.benchmark.contacts.measurement import GroundContact
 from eval.benchmark.contacts.model_variants import BEFORE, CHOSEN, STEPS, VARIANTS
+from eval.recordings import CLIPS
 from tests.builders import posed
 from trainers.evaluation.protocol import zero_residual
 

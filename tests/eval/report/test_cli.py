@@ -32,7 +32,8 @@ from eval.report.test_clips import choose_clips
 from eval.runs.trained_run import load_run
 from eval.runs.training_curves import read_curves
 from tests.builders import as_bvh, posed
-from trainers.algorithms.ppo_config import DataConfig, NetworkConfig, PpoConfig
+from trainers.algorithms.ppo_config import NetworkConfig, PpoConfig
+from trainers.data.motion_config import DataConfig
 from trainers.evaluation.protocol import play, protocol, zero_residual
 
 SPEC = MimicSpec()

@@ -5,7 +5,8 @@ from typing import Any
 import pytest
 
 from configs.errors import InputError
-from trainers.algorithms.ppo_config import CollectConfig, DataConfig, PpoConfig, RayConfig
+from trainers.algorithms.ppo_config import CollectConfig, PpoConfig, RayConfig
+from trainers.data.motion_config import DataConfig
 
 
 @pytest.mark.parametrize(

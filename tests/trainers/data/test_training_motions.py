@@ -10,8 +10,8 @@ from datasets.library import sources
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import HINGE_NAMES, local_rotations
 from tests.trainers.conftest import standing
-from trainers.algorithms.ppo_config import DataConfig
 from trainers.data import training_motions as motions
+from trainers.data.motion_config import DataConfig
 from trainers.data.training_motions import build_library, prepare_motions
 
 ELBOWS = [HINGE_NAMES.index("forearm_l_z"), HINGE_NAMES.index("forearm_r_z")]

@@ -18,6 +18,7 @@ from datasets.motion.clip import BodyMotion
 from envs.mimic.spec import MimicSpec
 from eval.clean import samcon as crowd
 from eval.clean.pipeline import Cleaner
+from eval.recordings import REAL_CLIPS
 from eval.study.clean import cases as clean_cases
 from eval.study.clean import study as clean_study
 from eval.study.clean.cases import CLEAN, REAL, SUITS, Case, Result, clean_case, from_json, stance_skate
@@ -25,7 +26,6 @@ from eval.study.clean.findings import clean_findings
 from eval.study.clean.rows import NO_PHYSICS, SHIPPED, clean_rows
 from eval.study.cli import main
 from eval.study.protocol.page import study_text
-from eval.study.suit.study import REAL_CLIPS
 from tests.builders import as_bvh, posed
 from trainers.algorithms.policy_file import CARD
 
