@@ -1,6 +1,7 @@
 """Reads a YAML file and command-line overrides into a frozen dataclass; a typing error becomes one clear line."""
 
-from dataclasses import fields, is_dataclass
+import sys
+from dataclasses import MISSING, Field, field, fields, is_dataclass
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -16,6 +17,11 @@ from configs.source_code import ROOT
 T = TypeVar("T")
 
 CONFIGS = ROOT / "configs"  # where the package's own are
+
+
+def formerly(old_key: str, default: Any) -> Any:
+    """Return a dataclass field with a default, under whose old key config files of earlier versions are still read."""
+    return field(default=default, metadata={"formerly": old_key})
 
 
 def load_config(cls: type[T], path: Path, overrides: list[str] | None = None) -> T:
@@ -37,8 +43,9 @@ def load_config(cls: type[T], path: Path, overrides: list[str] | None = None) ->
             raise InputError(f"override '{text}' should have the form key.sub=value")
     try:
         written, typed = OmegaConf.load(path), OmegaConf.from_dotlist(overrides or [])
-        _check_keys(cls, written, "", str(path))
-        _check_keys(cls, typed, "", "overrides")
+        for given, where in ((written, str(path)), (typed, "overrides")):
+            _replace_old_keys(cls, given, "", where)
+            _check_keys(cls, given, "", where)
         merged = OmegaConf.merge(OmegaConf.structured(cls), written, typed)
         return cast(T, OmegaConf.to_object(merged))
     except InputError:
@@ -71,6 +78,43 @@ def save_config(config: Any, path: Path) -> None:
         raise InputError(f"{path} cannot be written: {error.strerror}; make room there, or name another folder") from None
 
 
+def _replace_old_keys(cls: Any, given: object, prefix: str, where: str) -> None:
+    """Give keys of earlier versions the names that the dataclass has for them now, saying so; drop keys that are gone and had no effect.
+
+    Args:
+        cls: Dataclass; fields of ``formerly`` know their old key, ``REMOVED_KEYS`` maps keys that are gone to the value that had no effect.
+        given: Table that was read; changed in place.
+        prefix: Keys that lead to the table, each with a dot.
+        where: What was read, for messages.
+
+    Raises:
+        InputError: If an old key stands beside the new one, or one that is gone had an effect.
+    """
+    if not isinstance(given, DictConfig):
+        return
+    renamed = {one.metadata["formerly"]: one.name for one in fields(cls) if "formerly" in one.metadata}
+    removed = getattr(cls, "REMOVED_KEYS", {})
+    for old in [str(key) for key in given]:
+        if old in removed:
+            if given[old] != removed[old]:
+                raise InputError(f"{where}: '{prefix}{old}' is no longer supported; leave it out")
+            del given[old]
+        elif old in renamed:
+            new = renamed[old]
+            if new in given:
+                raise InputError(f"{where}: '{prefix}{old}' is the old name of '{prefix}{new}', which is there as well; leave it out")
+            given[new] = given.pop(old)
+            print(f"{where}: '{prefix}{old}' is now called '{prefix}{new}'", file=sys.stderr)
+    for one in fields(cls):
+        if one.name in given and is_dataclass(_default(one)):
+            _replace_old_keys(type(_default(one)), given[one.name], f"{prefix}{one.name}.", where)
+
+
+def _default(one: Field[Any]) -> object:
+    """Return the default of a dataclass field."""
+    return one.default if one.default_factory is MISSING else one.default_factory()
+
+
 def _check_keys(cls: Any, given: object, prefix: str, where: str) -> None:
     """Raise for the first key that the dataclass does not have, naming its nearest neighbour."""
     known = {field.name: field for field in fields(cls)}
@@ -80,6 +124,6 @@ def _check_keys(cls: Any, given: object, prefix: str, where: str) -> None:
         if str(key) not in known:
             near = get_close_matches(str(key), known, n=1, cutoff=0.0)
             raise InputError(f"{where}: unknown key '{prefix}{key}', did you mean '{prefix}{near[0]}'?")
-        default = known[str(key)].default_factory() if callable(known[str(key)].default_factory) else known[str(key)].default  # type: ignore[misc]
+        default = _default(known[str(key)])
         if is_dataclass(default):
             _check_keys(type(default), value, f"{prefix}{key}.", where)

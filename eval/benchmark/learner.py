@@ -16,7 +16,7 @@ from eval.benchmark.peers.ppo_updates import PeerData, RslLearner, Sb3Learner, p
 from eval.benchmark.timing.interleaved import Contender, Speed, interleave
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.algorithms.ppo_learner import PpoLearner
-from trainers.algorithms.rollout import Rollout
+from trainers.algorithms.rollout import Rollout, Step
 from trainers.collectors.cpu_collector import RolloutActor
 
 OURS, LIMIT, MKL = "ours", "its matrix products", "its matrix products, torch.mm"
@@ -43,7 +43,7 @@ def measure_learner(config: PpoConfig, library: MotionLibrary, rounds: int, afte
     """Return the same of a config and a library."""
     threads = torch.get_num_threads()
     try:
-        learner = PpoLearner(config, library)
+        learner = PpoLearner(config)
         rollout, last_observations = collect(config, library, learner)
         torch.set_num_threads(config.learner.threads)  # of all
         products = MatrixProducts(config)
@@ -103,5 +103,5 @@ def collect(config: PpoConfig, library: MotionLibrary, learner: PpoLearner) -> t
     longer = replace(config, collect=replace(config.collect, horizon=steps + 1))
     actor = RolloutActor(longer, 0, 0, library.clips, library.arrays(), library.fps, np.ones(len(library.clips)))
     found = actor.collect(learner.weights(), config.learner.sigma, 0.0)
-    by_step = ("observations", "actions", "means", "log_probs", "values", "rewards", "terminated", "truncated", "next_values")
-    return found._replace(**{name: getattr(found, name)[:steps] for name in by_step}), found.observations[steps]
+    cut = found._replace(steps=Step(*(part[:steps] for part in found.steps)), next_values=found.next_values[:steps])
+    return cut, found.steps.observations[steps]

@@ -2,11 +2,12 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import ClassVar
 
 import pytest
 
 from configs.errors import InputError
-from configs.load import load_config, save_config
+from configs.load import formerly, load_config, save_config
 from configs.source_code import ROOT
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.supervised.jobs import config_class
@@ -18,7 +19,9 @@ CONFIGS = sorted((ROOT / "configs").glob("*.yaml"))
 class Wheel:
     """A part with a check of its own."""
 
-    radius: float = 0.3
+    REMOVED_KEYS: ClassVar[dict[str, object]] = {"hub": 0}
+
+    radius: float = formerly("size", 0.3)
     spokes: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
@@ -58,9 +61,22 @@ def test_saved_config_loads_again(tmp_path: Path) -> None:
     assert load_config(Cart, tmp_path / "saved.yaml") == config
 
 
+def test_old_keys_are_read_under_their_new_names(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = written(tmp_path, "front: {size: 0.5, hub: 0}\n")
+    assert load_config(Cart, path) == Cart(front=Wheel(0.5))
+    assert load_config(Cart, path, ["front.size=0.25"]).front.radius == 0.25
+    assert capsys.readouterr().err.splitlines() == [
+        f"{path}: 'front.size' is now called 'front.radius'",
+        f"{path}: 'front.size' is now called 'front.radius'",
+        "overrides: 'front.size' is now called 'front.radius'",
+    ]
+
+
 @pytest.mark.parametrize(
     ("text", "overrides", "message"),
     [
+        ("front: {size: 1, radius: 2}", [], "{path}: 'front.size' is the old name of 'front.radius', which is there as well; leave it out"),
+        ("front: {hub: 1}", [], "{path}: 'front.hub' is no longer supported; leave it out"),
         ("whels: 3", [], "{path}: unknown key 'whels', did you mean 'wheels'?"),
         ("front: {radios: 3}", [], "{path}: unknown key 'front.radios', did you mean 'front.radius'?"),
         ("", ["front.radis=3"], "overrides: unknown key 'front.radis', did you mean 'front.radius'?"),

@@ -1,6 +1,7 @@
 """What a training is made of; the defaults are Table 4.3 of the thesis, files in ``configs/`` change them."""
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 from configs.errors import require
 from envs.mimic.spec import MimicSpec
@@ -84,9 +85,10 @@ class LearnerConfig:
         value_weight: Of the value's loss beside the policy's.
         max_grad_norm: Gradients are shortened to this norm.
         target_kl: An update's passes end once the policy has moved this far; 0 never ends them.
-        style: Weight of the reward for moving like the clean clips, at most 1 a step by a discriminator; 0 has no discriminator.
         threads: Threads of torch.
     """
+
+    REMOVED_KEYS: ClassVar[dict[str, object]] = {"style": 0.0}
 
     gamma: float = 0.99
     gae_lambda: float = 0.95
@@ -100,7 +102,6 @@ class LearnerConfig:
     value_weight: float = 1.0
     max_grad_norm: float = 1.0
     target_kl: float = 0.0
-    style: float = 0.0
     threads: int = 2
 
     def __post_init__(self) -> None:
@@ -109,7 +110,6 @@ class LearnerConfig:
             require(0.0 <= getattr(self, name) <= 1.0, f"learner.{name}", getattr(self, name), "from 0 to 1")
         for name in ("clip", "learning_rate", "sigma", "final_sigma", "max_grad_norm"):
             require(getattr(self, name) > 0.0, f"learner.{name}", getattr(self, name), "above 0")
-        require(self.style >= 0.0, "learner.style", self.style, "0 or more")
         for name in ("epochs", "minibatch", "threads"):
             require(getattr(self, name) >= 1, f"learner.{name}", getattr(self, name), "1 or more")
 

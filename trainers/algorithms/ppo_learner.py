@@ -7,8 +7,6 @@ import torch
 
 from agents.policy.distribution import kl_divergence, log_prob
 from configs.errors import RunError
-from datasets.library.motion_library import MotionLibrary
-from trainers.algorithms.amp import StyleLearner
 from trainers.algorithms.gae import gae
 from trainers.algorithms.learner_state import arrays_of, get_state, set_state
 from trainers.algorithms.policy_factory import fresh_policy
@@ -27,15 +25,14 @@ class DivergedError(RunError):
 class PpoLearner:
     """Owns policy, optimiser and the random order of minibatches."""
 
-    def __init__(self, config: PpoConfig, library: MotionLibrary) -> None:
-        """Build policy and optimiser from the run's seed, and with ``learner.style`` a discriminator of motion like the library's."""
+    def __init__(self, config: PpoConfig) -> None:
+        """Build policy and optimiser from the run's seed."""
         torch.manual_seed(config.seed)
         self.config = config.learner
         self.device = device_of(config.device)
         self.policy = fresh_policy(config, self.device)
         self.optimiser = torch.optim.Adam(self.policy.parameters(), lr=self.config.learning_rate, eps=1e-5, fused=True)
         self.random = torch.Generator().manual_seed(config.seed)  # of the CPU: a run may go on on another device
-        self.style = StyleLearner(self.config.style, config.seed, library, self.device) if self.config.style else None
 
     def weights(self) -> dict[str, np.ndarray]:
         """Return a copy of the policy's weights, normaliser included."""
@@ -59,7 +56,6 @@ class PpoLearner:
 
     def _learn(self, rollouts: list[Rollout], progress: float) -> dict[str, float]:
         """Improve the policy on rollouts that are on the device; return diagnostics."""
-        rollouts, styled = self.style.judge(rollouts) if self.style else (rollouts, {})
         torch.set_num_threads(self.config.threads)  # collectors in this process set theirs
         batch = self._batch(rollouts)
         observations = batch.pop("observations")
@@ -87,7 +83,6 @@ class PpoLearner:
         unexplained = (target - batch["values"]).var() / target.var().clamp_min(1e-12)
         return {
             **means,
-            **styled,
             "kl": kl,
             "explained_variance": 1.0 - float(unexplained),
             "learning_rate": rate,
@@ -124,22 +119,20 @@ class PpoLearner:
         """Return the samples (T * N, ...) of a rollout."""
         gamma, lam = self.config.gamma, self.config.gae_lambda
         # Values are learnt as the discounted mean reward of a step, so that their size does not depend on gamma.
-        rewards = (1.0 - gamma) * rollout.rewards if gamma < 1.0 else rollout.rewards
-        advantages = gae(rewards, rollout.values, rollout.next_values, rollout.ended, gamma, lam)
+        steps = rollout.steps
+        rewards = (1.0 - gamma) * steps.rewards if gamma < 1.0 else steps.rewards
+        advantages = gae(rewards, steps.values, rollout.next_values, steps.ended, gamma, lam)
         arrays = {
-            **{name: getattr(rollout, name) for name in ("observations", "actions", "means", "log_probs", "values")},
+            **{name: getattr(steps, name) for name in ("observations", "actions", "means", "log_probs", "values")},
             "advantages": advantages,
-            "targets": advantages + rollout.values,
+            "targets": advantages + steps.values,
         }
         return {name: array.flatten(0, 1) for name, array in arrays.items()}
 
     def get_state(self) -> dict[str, Any]:
         """Return everything that the next update depends on beside the rollouts."""
-        state = get_state(self.policy, self.optimiser, self.random)
-        return state | {"style": self.style.get_state()} if self.style else state
+        return get_state(self.policy, self.optimiser, self.random)
 
     def set_state(self, state: dict[str, Any]) -> None:
-        """Go back to a state that ``get_state`` returned; a discriminator that it lacks begins anew."""
+        """Go back to a state that ``get_state`` returned."""
         set_state(self.policy, self.optimiser, self.random, state)
-        if self.style and "style" in state:
-            self.style.set_state(state["style"])

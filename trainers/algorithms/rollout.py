@@ -28,26 +28,18 @@ class RolloutReport(NamedTuple):
     physics_failures: int
 
 
-class Rollout(NamedTuple):
-    """T steps of N worlds, and what ended among them; whatever the policy said of them, so that nobody asks it twice.
-
-    Arrays of NumPy, which Ray hands over without copies, or tensors on the learner's device.
+class Step(NamedTuple):
+    """One control step of N worlds, or T of them stacked (T, N, ...): what the policy said and what the worlds answered.
 
     Attributes:
-        observations: Before each step, shape (T, N, O).
-        actions: As sampled, before the env clips them, shape (T, N, A).
-        means: Of the Gaussians that the actions were sampled from, shape (T, N, A).
-        log_probs: Of the actions, shape (T, N).
-        values: Of the observations, shape (T, N).
-        rewards: Shape (T, N).
-        terminated: Shape (T, N).
-        truncated: Shape (T, N).
-        next_values: Of the true observation after each step: 0 where it terminated the episode, and not the next episode's first one where
-            it truncated it, shape (T, N).
-        instants: Features of the bodies before each step and after the last, shape (T + 1, N, 118); empty without ``learner.style``.
-        episodes: Tracking metrics of the episodes that ended, each of shape (E,).
-        reward_terms: Mean of each term of the reward.
-        physics_failures: Worlds in which physics failed.
+        observations: Before the step, shape (N, O).
+        actions: As sampled, before the env clips them, shape (N, A).
+        means: Means of the Gaussians that the actions were sampled from, shape (N, A).
+        log_probs: Log densities of the actions, shape (N,).
+        values: The critic's, of the observations, shape (N,).
+        rewards: Shape (N,).
+        terminated: Whether the step ended the episode by a fall or a lost reference, shape (N,).
+        truncated: Whether the step reached the episode's or the clip's end, shape (N,).
     """
 
     observations: Array
@@ -58,8 +50,29 @@ class Rollout(NamedTuple):
     rewards: Array
     terminated: Array
     truncated: Array
+
+    @property
+    def ended(self) -> Array:
+        """Whether the step was an episode's last, shape (N,)."""
+        return namespace(self.terminated).logical_or(self.terminated, self.truncated)
+
+
+class Rollout(NamedTuple):
+    """T steps of N worlds and the episodes that ended in them.
+
+    Arrays of NumPy, which Ray hands over without copies, or tensors on the learner's device.
+
+    Attributes:
+        steps: All steps, stacked, each array of shape (T, N, ...).
+        next_values: Values of the true observations after each step: 0 where it terminated the episode, and not the next episode's first
+            one where it truncated it, shape (T, N).
+        episodes: Tracking metrics of the episodes that ended, each of shape (E,).
+        reward_terms: Mean of each term of the reward.
+        physics_failures: Worlds in which physics failed.
+    """
+
+    steps: Step
     next_values: Array
-    instants: Array
     episodes: dict[str, np.ndarray]
     reward_terms: dict[str, float]
     physics_failures: int
@@ -67,27 +80,29 @@ class Rollout(NamedTuple):
     @property
     def samples(self) -> int:
         """Number of control steps."""
-        return self.rewards.shape[0] * self.rewards.shape[1]
-
-    @property
-    def ended(self) -> Array:
-        """Whether each step was an episode's last, shape (T, N)."""
-        return namespace(self.terminated).logical_or(self.terminated, self.truncated)
+        return self.next_values.shape[0] * self.next_values.shape[1]
 
     def on(self, device: torch.device) -> Self:
         """Return the rollout as tensors on a device; on the CPU they share the memory of its arrays, unless these may not be written to."""
-        arrays = {name: part for name, part in self._asdict().items() if isinstance(part, np.ndarray)}
-        owned = {name: part if part.flags.writeable else part.copy() for name, part in arrays.items()}  # torch warns of Ray's
-        return self._replace(**{name: torch.from_numpy(part).to(device) for name, part in owned.items()})
+        return self._replace(steps=Step(*(_on(part, device) for part in self.steps)), next_values=_on(self.next_values, device))
 
     def report(self, seconds: float) -> RolloutReport:
         """Return what there is to tell of a rollout that took so long."""
-        return RolloutReport(self.samples, seconds, float(self.rewards.mean()), self.reward_terms, self.episodes, self.physics_failures)
+        return RolloutReport(
+            self.samples, seconds, float(self.steps.rewards.mean()), self.reward_terms, self.episodes, self.physics_failures
+        )
 
 
-def blank_steps(steps: int, worlds: int, observation_size: int, action_size: int) -> dict[str, np.ndarray]:
-    """Return the arrays of a rollout that get a row in every step, by field, to be filled."""
-    shapes = {"observations": (observation_size,), "actions": (action_size,), "means": (action_size,)}
-    shapes |= {name: () for name in ("log_probs", "values", "rewards", "terminated", "truncated")}
-    ends = ("terminated", "truncated")
-    return {name: np.empty((steps, worlds, *shape), bool if name in ends else np.float32) for name, shape in shapes.items()}
+def empty_steps(steps: int, worlds: int, observation_size: int, action_size: int) -> Step:
+    """Return arrays of T steps of N worlds, to be filled."""
+    floats = (observation_size,), (action_size,), (action_size,), (), (), ()
+    rows = [np.empty((steps, worlds, *shape), np.float32) for shape in floats]
+    return Step(*rows, *(np.empty((steps, worlds), bool) for _ in ("terminated", "truncated")))
+
+
+def _on(array: Array, device: torch.device) -> Array:
+    """Return an array as a tensor on a device."""
+    if not isinstance(array, np.ndarray):
+        return array
+    owned = array if array.flags.writeable else array.copy()  # torch warns of Ray's
+    return torch.from_numpy(owned).to(device)

@@ -7,8 +7,6 @@ from typing import Any
 import numpy as np
 import torch
 
-from agents.policy.amp_discriminator import instant_features
-from datasets.motion.rotation import Array
 from trainers.algorithms.policy_factory import fresh_policy
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.algorithms.rollout import Rollout, RolloutReport
@@ -27,7 +25,7 @@ class Collector(ABC):
             place: Of this collector among all, part of its seed.
             life: How many held the place before, part of its seed: whoever takes a place over does not repeat what was collected there.
         """
-        self._horizon, self._styled = config.collect.horizon, config.learner.style > 0.0
+        self._horizon = config.collect.horizon
         self.env = env
         self.policy = fresh_policy(config, device)
         seeds = np.random.SeedSequence((config.seed, place, life)).generate_state(2)
@@ -62,7 +60,3 @@ class Collector(ABC):
         """Go back to a state that ``get_state`` returned."""
         self._observation = self.env.set_state(state["env"])
         self._random.set_state(torch.from_numpy(state["random"].copy()))
-
-    def _instant(self) -> list[Array]:
-        """Return what a style discriminator sees of the bodies now; nothing where there is none."""
-        return [instant_features(self.env.physics.bodies())] if self._styled else []

@@ -9,7 +9,7 @@ from envs.mimic.episode_metrics import TRACKING_METRICS
 from envs.vector_env import AdaptMimicVectorEnv
 from trainers.algorithms.policy_factory import CPU
 from trainers.algorithms.ppo_config import PpoConfig
-from trainers.algorithms.rollout import Rollout, blank_steps
+from trainers.algorithms.rollout import Rollout, Step, empty_steps
 from trainers.collectors.collector import Collector
 
 
@@ -50,20 +50,18 @@ class RolloutActor(Collector):
         torch.set_num_threads(self._threads)  # the learner, in this process or not, sets its own
         self.env.assist = assist
         self.policy.load_state_dict({name: torch.tensor(array) for name, array in weights.items()})
-        steps = blank_steps(self._horizon, self.env.num_envs, self.env.task.observation_size, self.env.task.action_size)
+        steps = empty_steps(self._horizon, self.env.num_envs, self.env.task.observation_size, self.env.task.action_size)
         cut_short = [self._observation[:0]]
         episodes: dict[str, list[np.ndarray]] = {name: [] for name in TRACKING_METRICS}
         terms: dict[str, float] = {}
         failures = self.env.physics_failures
-        instants = self._instant()
         for t in range(self._horizon):
             mean, value = self.policy(torch.from_numpy(self._observation))
             action = mean + sigma * torch.randn(mean.shape, generator=self._random)
             after, rewards, terminated, truncated, info = self.env.step(action.numpy())
-            density = log_prob(mean, sigma, action)
-            row = (self._observation, action, mean, density, value, rewards, terminated, truncated)
-            for array, one in zip(steps.values(), row, strict=True):
-                array[t] = one
+            step = Step(self._observation, action, mean, log_prob(mean, sigma, action), value, rewards, terminated, truncated)
+            for array, row in zip(steps, step, strict=True):
+                array[t] = row
             if "final_obs" in info:
                 cut_short.append(info["final_obs"][truncated])
                 for name, found in episodes.items():
@@ -72,15 +70,13 @@ class RolloutActor(Collector):
                 if key.startswith("reward/"):
                     terms[key] = terms.get(key, 0.0) + float(value.mean()) / self._horizon
             self._observation = after
-            instants += self._instant()
         last_values = self.policy.value(torch.from_numpy(self._observation)).numpy()
-        next_values = np.concat([steps["values"][1:], last_values[None]])
-        next_values[steps["terminated"]] = 0.0
-        next_values[steps["truncated"]] = self.policy.value(torch.from_numpy(np.concat(cut_short))).numpy()
+        next_values = np.concat([steps.values[1:], last_values[None]])
+        next_values[steps.terminated] = 0.0
+        next_values[steps.truncated] = self.policy.value(torch.from_numpy(np.concat(cut_short))).numpy()
         return Rollout(
-            **steps,
-            next_values=next_values,
-            instants=np.array(instants),
+            steps,
+            next_values,
             episodes={name: np.concat([np.zeros(0), *found]) for name, found in episodes.items()},
             reward_terms=terms,
             physics_failures=int(self.env.physics_failures - failures),

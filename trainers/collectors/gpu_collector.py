@@ -8,7 +8,7 @@ from datasets.library.motion_library import MotionLibrary
 from envs.mimic.episode_metrics import TRACKING_METRICS
 from envs.torch_env import AdaptMimicTorchEnv
 from trainers.algorithms.ppo_config import PpoConfig
-from trainers.algorithms.rollout import Rollout
+from trainers.algorithms.rollout import Rollout, Step
 from trainers.collectors.collector import Collector
 from trainers.runs.device import device_of, quick_products
 
@@ -36,39 +36,26 @@ class DeviceCollector(Collector):
         """Return one rollout of the policy, as tensors on the device; see ``Collector.collect``."""
         self.env.assist = assist
         self.policy.load_state_dict({name: torch.tensor(array) for name, array in weights.items()})
-        steps: list[dict[str, torch.Tensor]] = []
+        steps: list[Step] = []
+        next_values: list[torch.Tensor] = []
         ends: list[dict[str, torch.Tensor]] = []
         terms: list[dict[str, torch.Tensor]] = []
         failures = self.env.physics_failures.clone()
-        instants = self._instant()
         for _ in range(self._horizon):
             with quick_products(self._device):
                 mean, value = self.policy(self._observation)
             action = mean + sigma * torch.randn(mean.shape, generator=self._random, device=self._device)
             after, rewards, terminated, truncated, info = self.env.step(action)
             with quick_products(self._device):
-                next_value = self.policy.value(info["final_obs"]).masked_fill(terminated, 0.0)
-            steps.append(
-                {
-                    "observations": self._observation,
-                    "actions": action,
-                    "means": mean,
-                    "log_probs": log_prob(mean, sigma, action),
-                    "values": value,
-                    "rewards": rewards,
-                    "terminated": terminated,
-                    "truncated": truncated,
-                    "next_values": next_value,
-                }
-            )
+                next_values.append(self.policy.value(info["final_obs"]).masked_fill(terminated, 0.0))
+            steps.append(Step(self._observation, action, mean, log_prob(mean, sigma, action), value, rewards, terminated, truncated))
             ends.append({"ended": info["_tracking"], **info["tracking"]})
             terms.append({name: term.mean() for name, term in info.items() if name.startswith("reward/")})
             self._observation = after
-            instants += self._instant()
         ended = torch.stack([end["ended"] for end in ends])
         return Rollout(
-            **{name: torch.stack([step[name] for step in steps]) for name in steps[0]},
-            instants=torch.stack(instants) if instants else self._observation[:0],
+            Step(*map(torch.stack, zip(*steps, strict=True))),
+            torch.stack(next_values),
             episodes={name: torch.stack([end[name] for end in ends])[ended].cpu().numpy() for name in TRACKING_METRICS},
             reward_terms={name: torch.stack([term[name] for term in terms]).mean().item() for name in terms[0]},
             physics_failures=int(self.env.physics_failures - failures),

@@ -128,5 +128,5 @@ def _no_cluster(address: str, why: str) -> InputError:
 
 def _rollout_bytes(config: PpoConfig) -> int:
     """Return what the rollouts of all actors take, three of each: one that is learnt from, one that is being made, one that came late."""
-    floats = config.task.observation_size + 2 * config.task.action_size + 200 * (config.learner.style > 0.0) + 10
+    floats = config.task.observation_size + 2 * config.task.action_size + 10
     return 3 * 4 * floats * config.collect.actors * config.collect.envs * config.collect.horizon

@@ -6,7 +6,6 @@ import numpy as np
 import torch
 
 from agents.policy.policy import Policy
-from datasets.library.motion_library import ClipInfo, MotionLibrary
 from trainers.algorithms.policy_factory import fresh_policy
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.algorithms.ppo_learner import PpoLearner
@@ -21,11 +20,9 @@ class RolloutsLostError(RuntimeError):
 class LearnerActor:
     """Learns where Ray put it."""
 
-    def __init__(
-        self, config: PpoConfig, clips: tuple[ClipInfo, ...], arrays: dict[str, np.ndarray], fps: float, clip_weights: np.ndarray
-    ) -> None:
-        """Build the learner; the arguments are those of the run's ``RayCluster.shared``."""
-        self._learner = PpoLearner(config, MotionLibrary.from_arrays(clips, arrays, fps))
+    def __init__(self, config: PpoConfig) -> None:
+        """Build the learner of a run."""
+        self._learner = PpoLearner(config)
 
     def update(self, progress: float, *rollouts: Rollout) -> tuple[dict[str, np.ndarray], dict[str, float]]:
         """Improve the policy; return its new weights and the diagnostics, as two objects of Ray's."""
@@ -62,7 +59,7 @@ class RemoteLearner:
     def restart(self) -> None:
         """Start another learner, with a fresh policy."""
         gpus = self._cluster.gpus(self._config.device)
-        self._actor = self._cluster.actor(LearnerActor, self._config.learner.threads, self._config, *self._cluster.shared, gpus=gpus)
+        self._actor = self._cluster.actor(LearnerActor, self._config.learner.threads, self._config, gpus=gpus)
         self._weights = self._actor.weights.remote()
 
     def weights(self) -> Any:

@@ -27,9 +27,9 @@ def crew(
         say: Told when one of them is lost, replaced or given up.
     """
     if config.in_process:
-        yield PpoLearner(config, library), LocalPool(config, library, clip_weights)
+        yield PpoLearner(config), LocalPool(config, library, clip_weights)
         return
     with RayCluster(config, library, clip_weights) as cluster:
         remote = bool(config.ray.address)
-        learner = RemoteLearner(config, cluster) if remote else PpoLearner(config, library)  # first: it needs its cores
+        learner = RemoteLearner(config, cluster) if remote else PpoLearner(config)  # first: it needs its cores
         yield learner, RayPool(config, cluster, say, fetch=not remote)

@@ -39,11 +39,11 @@ def peer_data(learner: PpoLearner, rollout: Rollout, last_observations: np.ndarr
         rollout: Of its policy.
         last_observations: After the last step, shape (N, O).
     """
-    observations = torch.from_numpy(np.concat([rollout.observations, last_observations[None]]))
+    observations = torch.from_numpy(np.concat([rollout.steps.observations, last_observations[None]]))
     gamma = learner.config.gamma
-    rewards = (1.0 - gamma) * rollout.rewards if gamma < 1.0 else rollout.rewards.copy()
-    rewards += gamma * rollout.truncated * rollout.next_values  # peers know no other way of going on
-    return PeerData(learner.policy.normaliser(observations), rewards, rollout.ended, rollout)
+    rewards = (1.0 - gamma) * rollout.steps.rewards if gamma < 1.0 else rollout.steps.rewards.copy()
+    rewards += gamma * rollout.steps.truncated * rollout.next_values  # peers know no other way of going on
+    return PeerData(learner.policy.normaliser(observations), rewards, rollout.steps.ended, rollout)
 
 
 class Sb3Learner:
@@ -91,8 +91,8 @@ class Sb3Learner:
         buffer.reset()
         started = np.concat([np.zeros_like(data.ended[:1]), data.ended[:-1]])
         for t, reward in enumerate(data.rewards):
-            value, log_prob = (torch.from_numpy(one[t]) for one in (data.rollout.values, data.rollout.log_probs))
-            buffer.add(data.observations[t].numpy(), data.rollout.actions[t], reward, started[t], value, log_prob)
+            value, log_prob = (torch.from_numpy(one[t]) for one in (data.rollout.steps.values, data.rollout.steps.log_probs))
+            buffer.add(data.observations[t].numpy(), data.rollout.steps.actions[t], reward, started[t], value, log_prob)
 
     def run(self) -> float:
         """Update; return the samples."""
@@ -143,14 +143,17 @@ class RslLearner:
         """Go back to our weights, and fill the storage as its ``process_env_step`` would."""
         self._begin.restore()
         data, storage = self._data, self.model.storage
-        rollout = data.rollout
+        steps = data.rollout.steps
         storage.clear()
         for t, reward in enumerate(data.rewards):
             one = self._transition()
-            one.observations, one.actions = self._observations[t], torch.from_numpy(rollout.actions[t])
+            one.observations, one.actions = self._observations[t], torch.from_numpy(steps.actions[t])
             one.rewards, one.dones = torch.from_numpy(reward), torch.from_numpy(data.ended[t])
-            one.values, one.actions_log_prob = torch.from_numpy(rollout.values[t])[:, None], torch.from_numpy(rollout.log_probs[t])
-            mean = torch.from_numpy(rollout.means[t])
+            one.values, one.actions_log_prob = (
+                torch.from_numpy(steps.values[t])[:, None],
+                torch.from_numpy(steps.log_probs[t]),
+            )
+            mean = torch.from_numpy(steps.means[t])
             one.distribution_params = (mean, torch.full_like(mean, self._sigma))
             storage.add_transition(one)
 

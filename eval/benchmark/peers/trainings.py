@@ -182,7 +182,7 @@ class BareTraining:
         collector.env.physics = tape
         collector.set_state(state)
         tape.rewind()
-        learner = PpoLearner(config, task.library)
+        learner = PpoLearner(config)
         collector.collect(learner.weights(), config.learner.sigma, 0.0)
         self._bare, self._products = BareBatch(tape, config.collect.envs, config.collect.threads), MatrixProducts(config)
 

@@ -55,7 +55,7 @@ class Parts:
             return RolloutActor(changed, 0, 0, library.clips, library.arrays(), library.fps, clip_weights)
 
         self._config, self._folder, self._ray = config, folder, cluster.ray
-        self._learner = PpoLearner(config, library)
+        self._learner = PpoLearner(config)
         self._weights, self._sigma = self._learner.weights(), config.learner.sigma
         self._one, self._two = actor(threads=1, horizon=max(collect.horizon // 4, 1)), actor()
         self._few = actor(envs=min(FEW, collect.envs))
@@ -163,4 +163,4 @@ def costs_of(rates: dict[str, float], worlds: int, sizes: dict[str, float]) -> C
 
 
 def _bytes(rollout: Rollout) -> int:
-    return sum(part.nbytes for part in rollout if isinstance(part, np.ndarray))
+    return sum(part.nbytes for part in (*rollout.steps, rollout.next_values))

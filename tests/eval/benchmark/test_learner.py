@@ -63,7 +63,7 @@ def test_a_peer_learns_the_same_from_one_minibatch(module: str, tiny: PpoConfig,
     # With the whole batch as one minibatch no order matters, and gradients are not clipped: three passes must end at the same weights.
     pytest.importorskip(module)
     tiny = replace(tiny, learner=replace(tiny.learner, epochs=3, minibatch=40, max_grad_norm=1e9))
-    learner = PpoLearner(tiny, library)
+    learner = PpoLearner(tiny)
     rollout, last_observations = collect(tiny, library, learner)
     peer = PEERS[module](tiny, learner, peer_data(learner, rollout, last_observations))
     before = learner.weights()
@@ -81,7 +81,7 @@ def test_a_peer_learns_the_same_from_one_minibatch(module: str, tiny: PpoConfig,
 @pytest.mark.parametrize("module", PEERS)
 def test_a_peer_makes_as_many_steps(module: str, tiny: PpoConfig, library: MotionLibrary) -> None:
     pytest.importorskip(module)
-    learner = PpoLearner(tiny, library)
+    learner = PpoLearner(tiny)
     peer = PEERS[module](tiny, learner, peer_data(learner, *collect(tiny, library, learner)))
     peer.prepare()
     peer.run()

@@ -10,12 +10,12 @@ from datasets.library.motion_library import MotionLibrary
 from tests.trainers.conftest import standing
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.algorithms.ppo_learner import PpoLearner
-from trainers.algorithms.rollout import Rollout
+from trainers.algorithms.rollout import Rollout, Step
 from trainers.collectors.cpu_collector import RolloutActor
 
 
 def learner_of(config: PpoConfig) -> PpoLearner:
-    return PpoLearner(config, MotionLibrary.of([standing("one", "ann")]))
+    return PpoLearner(config)
 
 
 def collected(config: PpoConfig, horizon: int) -> tuple[Rollout, PpoLearner, list[np.ndarray]]:
@@ -45,7 +45,7 @@ def test_targets_by_hand(tiny: PpoConfig) -> None:
     cut = never.copy()
     cut[0, 0] = True
     zeros = np.zeros((2, 2, 1), np.float32)
-    rollout = Rollout(
+    steps = Step(
         observations=zeros,
         actions=zeros,
         means=zeros,
@@ -54,12 +54,8 @@ def test_targets_by_hand(tiny: PpoConfig) -> None:
         rewards=np.array([[2, 4], [6, 8]], np.float32),
         terminated=ended,
         truncated=cut,
-        next_values=np.array([[3, 6], [8, 0]], np.float32),
-        instants=np.zeros(0),
-        episodes={},
-        reward_terms={},
-        physics_failures=0,
     )
+    rollout = Rollout(steps, next_values=np.array([[3, 6], [8, 0]], np.float32), episodes={}, reward_terms={}, physics_failures=0)
     batch = learner_of(tiny)._batch([rollout.on(torch.device("cpu"))])
     assert batch["targets"].tolist() == pytest.approx([2.5, 5.0, 7.0, 4.0])
     # Advantages are targets less values: 1.5, 3, 3, -2, of mean 1.375; squares about it 0.0156 + 2 * 2.6406 + 11.3906 = 16.6875, a third of
@@ -71,15 +67,15 @@ def test_the_collector_says_what_the_policy_would_say(tiny: PpoConfig) -> None:
     # The clip ends after 65 control steps at most, so that each of four worlds is cut short at least once in 80 unless it falls.
     rollout, learner, cut_short = collected(tiny, 80)
     with torch.no_grad():
-        means, values = learner.policy(torch.from_numpy(rollout.observations))
+        means, values = learner.policy(torch.from_numpy(rollout.steps.observations))
         last = learner.policy.value(torch.from_numpy(np.concat(cut_short)))
-    np.testing.assert_allclose(rollout.means, means, atol=1e-5)
-    np.testing.assert_allclose(rollout.values, values, atol=1e-5)
-    assert rollout.truncated.sum() > 0
-    np.testing.assert_allclose(rollout.next_values[rollout.truncated], last, atol=1e-5)
-    within = ~rollout.ended[:-1]
+    np.testing.assert_allclose(rollout.steps.means, means, atol=1e-5)
+    np.testing.assert_allclose(rollout.steps.values, values, atol=1e-5)
+    assert rollout.steps.truncated.sum() > 0
+    np.testing.assert_allclose(rollout.next_values[rollout.steps.truncated], last, atol=1e-5)
+    within = ~rollout.steps.ended[:-1]
     np.testing.assert_allclose(rollout.next_values[:-1][within], values[1:][within], atol=1e-5)
-    assert (rollout.next_values[rollout.terminated] == 0.0).all()
+    assert (rollout.next_values[rollout.steps.terminated] == 0.0).all()
 
 
 def test_a_rollout_goes_on_where_the_last_one_ended(tiny: PpoConfig) -> None:
@@ -87,8 +83,8 @@ def test_a_rollout_goes_on_where_the_last_one_ended(tiny: PpoConfig) -> None:
     actor = RolloutActor(tiny, 0, 0, library.clips, library.arrays(), library.fps, np.ones(1))
     weights = learner_of(tiny).weights()
     first, second = (actor.collect(weights, 0.1, 0.0) for _ in range(2))
-    assert not first.ended[-1].any()
-    np.testing.assert_allclose(first.next_values[-1], second.values[0], atol=1e-5)
+    assert not first.steps.ended[-1].any()
+    np.testing.assert_allclose(first.next_values[-1], second.steps.values[0], atol=1e-5)
 
 
 def test_what_ray_shares_is_not_written_to(tiny: PpoConfig) -> None:

@@ -34,7 +34,7 @@ def test_the_collector_says_what_the_policy_would_say(tiny: PpoConfig, device: t
     # The clip ends after 65 control steps at most, so that each of four worlds is cut short at least once in 80 unless it falls.
     config = replace(tiny, physics="warp", device=device.type, collect=replace(tiny.collect, horizon=80))
     library = MotionLibrary.of([standing("short", "bob", 130)])
-    learner, collector = PpoLearner(config, library), DeviceCollector(config, library, np.ones(1))
+    learner, collector = PpoLearner(config), DeviceCollector(config, library, np.ones(1))
     step, last = collector.env.step, []
 
     def listening(actions: torch.Tensor) -> tuple:
@@ -46,16 +46,16 @@ def test_the_collector_says_what_the_policy_would_say(tiny: PpoConfig, device: t
     rollout, report = collector.collect_and_report(learner.weights(), 0.1, 0.0)
     assert {part.device.type for part in rollout if isinstance(part, torch.Tensor)} == {device.type}
     with torch.no_grad():
-        means, values = learner.policy(rollout.observations)
+        means, values = learner.policy(rollout.steps.observations)
         after = learner.policy.value(torch.stack(last))
     error = 1e-5 if device.type == "cpu" else 5e-3  # of tensor cores
-    torch.testing.assert_close(rollout.means, means, atol=error, rtol=0)
-    torch.testing.assert_close(rollout.values, values, atol=error, rtol=0)
-    torch.testing.assert_close(rollout.next_values, after * ~rollout.terminated, atol=error, rtol=0)
-    assert rollout.truncated.any()
+    torch.testing.assert_close(rollout.steps.means, means, atol=error, rtol=0)
+    torch.testing.assert_close(rollout.steps.values, values, atol=error, rtol=0)
+    torch.testing.assert_close(rollout.next_values, after * ~rollout.steps.terminated, atol=error, rtol=0)
+    assert rollout.steps.truncated.any()
     assert report.samples == 320
-    assert len(report.episodes["sr90"]) == int(rollout.ended.sum())
-    assert report.reward == pytest.approx(rollout.rewards.mean().item())
+    assert len(report.episodes["sr90"]) == int(rollout.steps.ended.sum())
+    assert report.reward == pytest.approx(rollout.steps.rewards.mean().item())
     assert report.reward_terms["reward/discount"] == pytest.approx(1.0, abs=0.3)
     assert report.physics_failures == 0
 
@@ -63,15 +63,14 @@ def test_the_collector_says_what_the_policy_would_say(tiny: PpoConfig, device: t
 def test_a_rollout_goes_on_where_the_last_one_ended(warp: PpoConfig) -> None:
     library = MotionLibrary.of([standing("one", "ann")])
     collector = DeviceCollector(warp, library, np.ones(1))
-    weights = PpoLearner(warp, library).weights()
+    weights = PpoLearner(warp).weights()
     first, second = (collector.collect_and_report(weights, 0.1, 0.0)[0] for _ in range(2))
-    assert not first.ended[-1].any()
-    torch.testing.assert_close(first.next_values[-1], second.values[0], atol=1e-5, rtol=0)
+    assert not first.steps.ended[-1].any()
+    torch.testing.assert_close(first.next_values[-1], second.steps.values[0], atol=1e-5, rtol=0)
 
 
-@pytest.mark.parametrize("style", [0.0, 0.5])
-def test_resumed_equals_uninterrupted(style: float, warp: PpoConfig, monkeypatch: pytest.MonkeyPatch) -> None:
-    whole, parts = whole_and_in_parts(replace(warp, learner=replace(warp.learner, style=style)), monkeypatch)
+def test_resumed_equals_uninterrupted(warp: PpoConfig, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole, parts = whole_and_in_parts(warp, monkeypatch)
     same(final_state(whole), final_state(parts))
 
 
