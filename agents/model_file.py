@@ -9,7 +9,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save_file
 from torch import nn
 
-from configs.atomic_file import whole_file
+from configs.atomic_file import atomic_write
 from configs.errors import InputError
 
 N = TypeVar("N", bound=nn.Module)
@@ -29,7 +29,7 @@ def save_network(network: nn.Module, path: Path, shape: dict[str, Any], card: di
     """
     weights = {name: tensor.contiguous() for name, tensor in network.state_dict().items()}
     try:
-        with whole_file(path) as temporary:
+        with atomic_write(path) as temporary:
             save_file(weights, temporary, metadata={"shape": json.dumps(shape), "card": json.dumps(card)})
     except SafetensorError as error:  # such as a full disk; the values themselves are known to be good
         raise OSError(f"{path} could not be written: {error}") from error

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from configs.errors import InputError, RunError
 
 
-def exit_code_of(command: Callable[[], None]) -> int:
+def run_command(command: Callable[[], None]) -> int:
     """Run a command and return its exit code: 0, 130 for Ctrl-C, after one line of error 2 for bad input or 1 for a run that failed.
 
     Anything else that goes wrong is a fault of the program: its traceback is shown and Python exits with 1.

@@ -10,13 +10,13 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 from yaml import YAMLError
 
-from configs.atomic_file import whole_file
+from configs.atomic_file import atomic_write
 from configs.errors import InputError
-from configs.source_code import ROOT
+from configs.source_code import PROJECT_ROOT
 
 T = TypeVar("T")
 
-CONFIGS = ROOT / "configs"  # where the package's own are
+CONFIG_DIR = PROJECT_ROOT / "configs"  # where the package's own are
 
 
 def formerly(old_key: str, default: Any) -> Any:
@@ -36,7 +36,7 @@ def load_config(cls: type[T], path: Path, overrides: list[str] | None = None) ->
         InputError: If the file is missing or no YAML, a key is unknown, or a value is bad.
     """
     if not path.is_file():
-        known = ", ".join(sorted(p.name for p in CONFIGS.glob("*.yaml")))
+        known = ", ".join(sorted(p.name for p in CONFIG_DIR.glob("*.yaml")))
         raise InputError(f"there is no config file {path}; the project's own in configs/ are {known}")
     for text in overrides or []:
         if "=" not in text:
@@ -72,7 +72,7 @@ def save_config(config: Any, path: Path) -> None:
         InputError: If it cannot be written there.
     """
     try:
-        with whole_file(path) as temporary:
+        with atomic_write(path) as temporary:
             temporary.write_text(OmegaConf.to_yaml(OmegaConf.structured(config)))
     except OSError as error:
         raise InputError(f"{path} cannot be written: {error.strerror}; make room there, or name another folder") from None

@@ -4,11 +4,11 @@ import ast
 from collections.abc import Iterator
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]  # the folder that holds the packages, and of a checkout everything else
+PROJECT_ROOT = Path(__file__).parents[1]  # the folder that holds the packages, and of a checkout everything else
 PACKAGES = ("agents", "configs", "datasets", "envs", "eval", "trainers")
 
 
-def imported_files(*modules: str, root: Path = ROOT) -> list[Path]:
+def imported_files(*modules: str, root: Path = PROJECT_ROOT) -> list[Path]:
     """Return the files of modules and all files of the project that they import, directly or not, sorted.
 
     Args:
@@ -24,7 +24,7 @@ def imported_files(*modules: str, root: Path = ROOT) -> list[Path]:
     return sorted(found)
 
 
-def direct_imports(file: Path, root: Path = ROOT) -> Iterator[Path]:
+def direct_imports(file: Path, root: Path = PROJECT_ROOT) -> Iterator[Path]:
     """Yield the project's files that a file imports anywhere in it."""
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):

@@ -11,15 +11,22 @@ from gymnasium.vector import AutoresetMode
 from datasets.library.motion_library import MotionLibrary
 from datasets.library.sources import ROUGH_GROUND_KINDS, load_clips
 from datasets.motion.clip import FPS
-from envs.mimic.spec import DISCOUNT_OFFSET, DISCOUNT_SLOPE, DISCOUNT_THRESHOLD, MimicSpec, action_table, observation_table
+from envs.mimic.spec import (
+    DEVIATION_DISCOUNT_OFFSET,
+    DEVIATION_DISCOUNT_SLOPE_PER_M,
+    DEVIATION_DISCOUNT_THRESHOLD,
+    MimicSpec,
+    action_table,
+    observation_table,
+)
 from envs.physics.protocol import FRAMES_PER_STEP
 from envs.vector_env import AdaptMimicVectorEnv
 
 
 @lru_cache(maxsize=4)
-def motion_library(motions: str) -> MotionLibrary:
+def load_motion_library(motions: str) -> MotionLibrary:
     """Return the packed clips of a motion source: a BVH file, a folder of them, or the word ``synthetic``."""
-    return MotionLibrary.of([clip for clip in load_clips(motions) if clip.kind not in ROUGH_GROUND_KINDS])
+    return MotionLibrary.from_clips([clip for clip in load_clips(motions) if clip.kind not in ROUGH_GROUND_KINDS])
 
 
 def make_vector_env(num_envs: int = 1, motions: str | MotionLibrary = "synthetic", threads: int = 1, **spec: Any) -> AdaptMimicVectorEnv:
@@ -31,7 +38,7 @@ def make_vector_env(num_envs: int = 1, motions: str | MotionLibrary = "synthetic
         threads: Native threads that step the worlds.
         **spec: Fields of ``MimicSpec``.
     """
-    library = motions if isinstance(motions, MotionLibrary) else motion_library(motions)
+    library = motions if isinstance(motions, MotionLibrary) else load_motion_library(motions)
     return AdaptMimicVectorEnv(library, num_envs, MimicSpec(**spec), threads)
 
 
@@ -41,7 +48,8 @@ class AdaptMimicEnv(gym.Env):  # noqa: D101 (its docstring is made from the spec
     The clip's joint angles drive PD motors; actions correct those of the key joints, smoothed (eq. 4.5). The reward is
     that of eq. 4.6 to 4.10, at most 3 a step. An episode begins at a random frame of a random clip and lasts 300 frames
     of it, 150 steps of 1/30 s, or to the clip's end (truncated); it ends sooner (terminated) when the head is more than
-    {(DISCOUNT_OFFSET - DISCOUNT_THRESHOLD) / DISCOUNT_SLOPE:.2f} m from the reference's, when three spinal bodies touch
+    {(DEVIATION_DISCOUNT_OFFSET - DEVIATION_DISCOUNT_THRESHOLD) / DEVIATION_DISCOUNT_SLOPE_PER_M:.2f} m from the reference's, when
+    three spinal bodies touch
     the ground, or when physics fails.
 
     Arguments of ``gymnasium.make``: ``motions``, a BVH file, a folder of them or "synthetic"; and the fields of
@@ -68,7 +76,7 @@ class AdaptMimicEnv(gym.Env):  # noqa: D101 (its docstring is made from the spec
             render_mode: None or "rgb_array".
             **spec: Fields of ``MimicSpec``.
         """
-        library = motions if isinstance(motions, MotionLibrary) else motion_library(motions)
+        library = motions if isinstance(motions, MotionLibrary) else load_motion_library(motions)
         self.batch = AdaptMimicVectorEnv(library, 1, MimicSpec(**spec), autoreset_mode=AutoresetMode.DISABLED)
         self.observation_space = self.batch.single_observation_space
         self.action_space = self.batch.single_action_space

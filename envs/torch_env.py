@@ -6,12 +6,12 @@ import torch
 from gymnasium.vector import AutoresetMode
 
 from datasets.library.motion_library import MotionLibrary
-from envs.base_vector_env import Worlds
+from envs.base_vector_env import MimicVectorEnvBase
 from envs.mimic.spec import EPISODE_FRAMES, MimicSpec
-from envs.physics.mujoco_warp import WarpPhysics, renewed
+from envs.physics.mujoco_warp import WarpPhysics, masked_where
 
 
-class AdaptMimicTorchEnv(Worlds):
+class AdaptMimicTorchEnv(MimicVectorEnvBase):
     """N humanoids that mimic the clips of a library, simulated by mujoco-warp; what is seen and rewarded is the native env's own code.
 
     It differs from the native env in three points. Everything is a tensor on the device, spaces and info included. Autoreset is
@@ -64,7 +64,7 @@ class AdaptMimicTorchEnv(Worlds):
         """
         if seed is not None:
             self._chance.manual_seed(seed)
-            self.starts.forget()
+            self.start_sampler.reset()
         where = self._placed_starts(options) if options else self._draw()
         self._begin(torch.ones(self.num_envs, dtype=torch.bool, device=self.device), *where)
         return self._look(), {}
@@ -84,7 +84,7 @@ class AdaptMimicTorchEnv(Worlds):
         self._learn_starts(slice(None), outcome.terminated, ended)
         info |= {"final_obs": last, "_final_obs": ended, "tracking": self._tracking(), "_tracking": ended}
         self._begin(ended, *self._draw())
-        return renewed(ended, self._look(), last), outcome.rewards, outcome.terminated, outcome.truncated, info
+        return masked_where(ended, self._look(), last), outcome.rewards, outcome.terminated, outcome.truncated, info
 
     def get_state(self) -> dict[str, Any]:
         """Return everything that the future of this env depends on, as NumPy arrays and plain values."""
@@ -117,12 +117,12 @@ class AdaptMimicTorchEnv(Worlds):
         if set(options) != {"clip", "frame"}:
             raise ValueError(f"options are {', '.join(sorted(options))}, should be clip and frame of every world")
         clip, frame = (torch.as_tensor(options[name]).cpu() for name in ("clip", "frame"))
-        self.starts.check(clip.numpy(), frame.numpy())
+        self.start_sampler.check(clip.numpy(), frame.numpy())
         return clip.to(self.device), frame.to(self.device)
 
     def _draw(self) -> tuple[torch.Tensor, torch.Tensor]:
         """Return a random start for every world: clips (N,) and frames within them (N,)."""
-        return self.starts.draw(torch.rand((2, self.num_envs), generator=self._chance, device=self.device, dtype=torch.float64))
+        return self.start_sampler.sample(torch.rand((2, self.num_envs), generator=self._chance, device=self.device, dtype=torch.float64))
 
     def _begin(self, worlds: torch.Tensor, clip: torch.Tensor, frame: torch.Tensor) -> None:
         """Put the worlds of a mask (N,) onto the reference at the given frames (N,); the others' frames are not looked at."""
@@ -137,6 +137,6 @@ class AdaptMimicTorchEnv(Worlds):
             "_action": torch.zeros_like(self._action),
         }
         for name, begun in anew.items():
-            setattr(self, name, renewed(worlds, begun, getattr(self, name)))
+            setattr(self, name, masked_where(worlds, begun, getattr(self, name)))
         self._metrics.reset(worlds)
         self.physics.reset(worlds, self.library.start_pose[row], self.library.start_vel[row])

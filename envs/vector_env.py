@@ -7,12 +7,12 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 
 from datasets.library.motion_library import MotionLibrary, Reference
-from envs.base_vector_env import Worlds
+from envs.base_vector_env import MimicVectorEnvBase
 from envs.mimic.spec import EPISODE_FRAMES, MimicSpec
 from envs.physics.mujoco_cpu import CpuPhysics
 
 
-class AdaptMimicVectorEnv(Worlds):
+class AdaptMimicVectorEnv(MimicVectorEnvBase):
     """N humanoids that mimic the clips of a library, stepped together.
 
     Autoreset is same-step: a world that ends is reset at once, ``final_obs`` in the info holds its true last observation,
@@ -69,12 +69,12 @@ class AdaptMimicVectorEnv(Worlds):
         """
         super().reset(seed=seed)
         if seed is not None:
-            self.starts.forget()
+            self.start_sampler.reset()
         options = options or {}
         worlds = np.flatnonzero(options.get("reset_mask", np.ones(self.num_envs, dtype=bool)))
         if "clip" in options:
             clip, frame = np.asarray(options["clip"]), np.asarray(options.get("frame", 0))
-            self.starts.check(clip, frame)
+            self.start_sampler.check(clip, frame)
         else:
             clip, frame = self._draw(len(worlds))
         self._begin(worlds, clip, frame, options.get("frames", EPISODE_FRAMES))
@@ -136,7 +136,7 @@ class AdaptMimicVectorEnv(Worlds):
 
     def _draw(self, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Return random starts: clips (count,) and frames within them (count,)."""
-        return self.starts.draw(self.np_random.random((2, count)))
+        return self.start_sampler.sample(self.np_random.random((2, count)))
 
     def _begin(self, worlds: np.ndarray, clip: np.ndarray, frame: np.ndarray, frames: np.ndarray | int) -> Reference:
         """Put worlds onto the reference at the given frames, for at most ``frames`` frames; return it there."""

@@ -7,16 +7,16 @@ import sys
 import numpy as np
 from rich.console import Console
 
-from configs.command import exit_code_of
+from configs.command import run_command
 from configs.errors import InputError, require
 from datasets.library.sources import load_clips
 from datasets.motion.clip import BodyMotion
-from datasets.trackers.trackers import RATE
-from eval.live.client import Played, play
-from eval.live.protocol import HOST, PORT
-from eval.live.virtual_user import Performance, perform, score
+from datasets.trackers.trackers import TRACKER_RATE_HZ
+from eval.live.client import PlaybackResult, play
+from eval.live.protocol import DEFAULT_HOST, DEFAULT_PORT
+from eval.live.virtual_user import TrackerReplay, measure_answers, replay_as_trackers
 
-HEIGHT = 171  # cm, of one of the paper's users
+DEFAULT_HEIGHT_CM = 171  # cm, of one of the paper's users
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -24,13 +24,15 @@ def main(arguments: list[str] | None = None) -> int:
     made = argparse.ArgumentParser(prog="python -m eval.live_replay", description="Play a clip to the live service, without hardware.")
     made.add_argument("source", metavar="CLIP", help="a BVH or MVNX file, a folder of them, or 'synthetic'")
     made.add_argument("--name", metavar="CLIP", help="which clip, where the source holds several (default: the longest)")
-    made.add_argument("--host", default=HOST, help=f"where the service is (default: {HOST})")
-    made.add_argument("--port", type=int, default=PORT, help=f"its port (default: {PORT})")
-    made.add_argument("--height", type=float, default=HEIGHT, metavar="CM", help=f"of the virtual user (default: {HEIGHT})")
+    made.add_argument("--host", default=DEFAULT_HOST, help=f"where the service is (default: {DEFAULT_HOST})")
+    made.add_argument("--port", type=int, default=DEFAULT_PORT, help=f"its port (default: {DEFAULT_PORT})")
+    made.add_argument(
+        "--height", type=float, default=DEFAULT_HEIGHT_CM, metavar="CM", help=f"of the virtual user (default: {DEFAULT_HEIGHT_CM})"
+    )
     made.add_argument("--seed", type=int, default=0, help="of how the trackers are worn and of their noise (default: 0)")
     made.add_argument("--speed", type=float, default=1.0, help="frames come so many times as quickly (default: 1)")
     options = made.parse_args(arguments)
-    return exit_code_of(lambda: _run(options))
+    return run_command(lambda: _run(options))
 
 
 def _run(options: argparse.Namespace) -> None:
@@ -38,18 +40,18 @@ def _run(options: argparse.Namespace) -> None:
     require(100.0 <= options.height <= 230.0, "--height", options.height, "100 to 230 cm")
     require(0.01 <= options.speed <= 100.0, "--speed", options.speed, "0.01 to 100")
     require(options.seed >= 0, "--seed", options.seed, "0 or more")
-    clip = choose(load_clips(options.source, fps=RATE), options.name)
-    performance = perform(clip, options.height / 100.0, options.seed)
+    clip = choose_clip(load_clips(options.source, fps=TRACKER_RATE_HZ), options.name)
+    replay = replay_as_trackers(clip, options.height / 100.0, options.seed)
     print(f"{clip.name}: {clip.seconds:.1f} s as a user of {options.height:g} cm, T-pose first, to {options.host} port {options.port}")
     with Console(stderr=True).status("playing"):
-        played = asyncio.run(play(performance.trackers, options.host, options.port, options.speed, clip.name))
-    for line in report(performance, played):
+        played = asyncio.run(play(replay.trackers, options.host, options.port, options.speed, clip.name))
+    for line in format_report(replay, played):
         print(line)
     if not played.answers:
         raise InputError("the service answered no frame")
 
 
-def choose(clips: list[BodyMotion], name: str | None) -> BodyMotion:
+def choose_clip(clips: list[BodyMotion], name: str | None) -> BodyMotion:
     """Return the clip of that name, or the longest.
 
     Raises:
@@ -61,19 +63,19 @@ def choose(clips: list[BodyMotion], name: str | None) -> BodyMotion:
     return max(named, key=len)
 
 
-def report(done: Performance, played: Played) -> list[str]:
+def format_report(replay: TrackerReplay, played: PlaybackResult) -> list[str]:
     """Return what people want to know of a replay."""
-    lines = [f"service: {text}" for text in played.told]
+    lines = [f"service: {text}" for text in played.messages]
     if not played.answers:
         return lines
-    delays, own = np.percentile(played.delays, [50, 99]), [answer["latency_ms"] for answer in played.answers.values()]
-    lines.append(f"{len(played.answers)} of {len(played.sent)} frames answered, {played.rate:.1f} frames/s sent")
+    delays, own = np.percentile(played.latencies_ms, [50, 99]), [answer["latency_ms"] for answer in played.answers.values()]
+    lines.append(f"{len(played.answers)} of {len(played.sent_times)} frames answered, {played.rate:.1f} frames/s sent")
     lines.append(f"from sending to answer: median {delays[0]:.2f} ms, 99th percentile {delays[1]:.2f} ms")
     lines.append(f"of which the service: median {np.median(own):.2f} ms, 99th percentile {np.percentile(own, 99):.2f} ms")
-    live = [number for number, answer in played.answers.items() if answer["state"] == "live" and number >= done.first]
+    live = [number for number, answer in played.answers.items() if answer["state"] == "live" and number >= replay.first_clip_frame]
     if live:
         parts = [np.array([played.answers[number][key] for number in live]) for key in ("root", "rotations", "contacts")]
-        found = score(done, np.array(live) - done.first, *parts)
+        found = measure_answers(replay, np.array(live) - replay.first_clip_frame, *parts)
         lines.append(
             f"toes: {100 * found.toe_error:.1f} cm from the truth with the pelvis in place, "
             f"{100 * found.toe_error_world:.1f} cm in the world; "

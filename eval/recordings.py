@@ -6,7 +6,7 @@ from pathlib import Path
 from configs.errors import InputError
 
 _BANDAI = "noncommercial/bandai/test/bnr_dataset-2_"
-CLIPS = {  # of performers that no training saw, by kind of motion, below a folder of real motion
+TEST_CLIPS = {  # of performers that no training saw, by kind of motion, below a folder of real motion
     "walk": (f"{_BANDAI}walk_youthful_001.bvh", f"{_BANDAI}walk_feminine_001.bvh", "cmu/test/cmu_05_01_mh165.bvh"),
     "turn": (f"{_BANDAI}walk-turn-left_youthful_001.bvh", f"{_BANDAI}walk-turn-right_feminine_001.bvh"),
     "run": (f"{_BANDAI}run_youthful_001.bvh", f"{_BANDAI}run_feminine_001.bvh"),
@@ -15,17 +15,17 @@ CLIPS = {  # of performers that no training saw, by kind of motion, below a fold
     "stand": (f"{_BANDAI}wave-both-hands_youthful_001.bvh", f"{_BANDAI}wave-left-hand_feminine_001.bvh"),
 }
 
-TRAINED_ON = "cmu/train"
+TRAIN_FOLDER = "cmu/train"
 
-REAL_CLIPS = (
+IMU_SUIT_CLIPS = (
     "mit/imu/rokoko_jesse_dance.bvh",
     "apache/imu/pn_milad.bvh",
     "gpl/imu/xsens_andres_test_mocap.bvh",
     "gpl/imu/xsens_neura_S02_walk1.bvh",
 )
-WALK = "gpl/imu/neura_S02_walk1"
-WALK_FRAMES = slice(1119, 2074)  # of the walk that Vicon saw
-SEGMENTS = {  # of the walk: our body, sensor file's ending, Vicon's columns
+SENSOR_WALK_FOLDER = "gpl/imu/neura_S02_walk1"
+OPTICAL_WALK_FRAMES = slice(1119, 2074)  # of the walk that Vicon saw
+WALK_SENSORS = {  # of the walk: our body, sensor file's ending, Vicon's columns
     "pelvis": ("000_00B40B91", "qRPV"),
     "thigh_l": ("000_00B40C45", "qLTH"),
     "thigh_r": ("000_00B40C3C", "qRTH"),
@@ -35,8 +35,8 @@ SEGMENTS = {  # of the walk: our body, sensor file's ending, Vicon's columns
     "foot_r": ("000_00B40C48", "qRFT"),
 }
 
-FOLDERS = ("cmu/test", "noncommercial/bandai/test")
-OPTICAL, IMU = "optical", "imu"
+TEST_FOLDERS = ("cmu/test", "noncommercial/bandai/test")
+OPTICAL_POSES, IMU_POSES = "optical", "imu"
 
 
 def check_recordings(data: Path, names: Iterable[str]) -> None:

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from datasets.formats.bvh import Bvh
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import BODIES, HINGE_COUNT, HINGE_NAMES, NAMES, SKELETON, local_rotations
+from datasets.motion.humanoid import BODIES, BODY_NAMES, HINGE_COUNT, HINGE_NAMES, SKELETON, rotations_from_hinges
 
 STANDING = 0.03 + 0.42 + 0.41 + 0.08  # m, height of the pelvis over the soles: hip offset, thigh, shin, ankle height
 MIXAMO = {
@@ -29,7 +29,7 @@ def posed(angles: dict[str, float], frames: int = 30, height: float = STANDING) 
         hinges[:, hinge(name)] = np.radians(degrees)
     still = np.tile([1.0, 0.0, 0.0, 0.0], (frames, 1))
     root = np.tile([0.0, 0.0, height], (frames, 1))
-    return BodyMotion(root, local_rotations(still, hinges), 60.0, "posed")
+    return BodyMotion(root, rotations_from_hinges(still, hinges), 60.0, "posed")
 
 
 def lively(seed: int = 0, standing: int = 40, moving: int = 80) -> BodyMotion:
@@ -49,7 +49,7 @@ def lively(seed: int = 0, standing: int = 40, moving: int = 80) -> BodyMotion:
             hinges[:, index] = 0.0
     root = np.stack([4.0 * time, 0.3 * np.sin(2 * time), STANDING + 0.6 * (1 - np.exp(-8 * time))], axis=1)
     turned = Rotation.from_euler("ZYX", np.stack([0.8 * time, 0.2 * np.sin(time), 0.1 * np.sin(2 * time)], axis=1))
-    return BodyMotion(root, local_rotations(turned.as_quat(scalar_first=True), hinges), 60.0, "lively")
+    return BodyMotion(root, rotations_from_hinges(turned.as_quat(scalar_first=True), hinges), 60.0, "lively")
 
 
 def as_bvh(
@@ -72,8 +72,8 @@ def as_bvh(
         without: Bodies that the file lacks; they must be leaves.
     """
     to_file = Rotation.from_matrix(TO_Y_UP if up == "y" else np.eye(3))
-    own = {body: (frames or {}).get(body, Rotation.identity()) for body in NAMES}
-    order = [index for index in _depth_first() if NAMES[index] not in without]
+    own = {body: (frames or {}).get(body, Rotation.identity()) for body in BODY_NAMES}
+    order = [index for index in _depth_first() if BODY_NAMES[index] not in without]
     offsets, values, channels = [], [], []
     for index in order:
         body = BODIES[index]
@@ -91,9 +91,9 @@ def as_bvh(
         offsets.append(to_file.apply(over.inv().apply(SKELETON.offsets[index].copy())) / unit)
     parents = tuple(order.index(SKELETON.parents[index]) if SKELETON.parents[index] >= 0 else -1 for index in order)
     tip = {body: to_file.apply(own[body].inv().apply([0.2, 0.0, -0.08])) / unit for body in ("foot_l", "foot_r")}
-    sites = tuple((tuple(tip[NAMES[i]].tolist()),) if NAMES[i] in tip and i + 1 not in order else () for i in order)
+    sites = tuple((tuple(tip[BODY_NAMES[i]].tolist()),) if BODY_NAMES[i] in tip and i + 1 not in order else () for i in order)
     return Bvh(
-        tuple(_joint_name(NAMES[index], names or MIXAMO) for index in order),
+        tuple(_joint_name(BODY_NAMES[index], names or MIXAMO) for index in order),
         parents,
         np.array(offsets),
         tuple(channels),

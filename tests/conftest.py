@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from configs.source_code import ROOT
+from configs.source_code import PROJECT_ROOT
 
-SHARED_DATA = ROOT.parent / "shared" / "data"
+SHARED_DATA = PROJECT_ROOT.parent / "shared" / "data"
 
 
 @pytest.fixture(scope="session")

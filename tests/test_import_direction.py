@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from configs.source_code import PACKAGES, ROOT, direct_imports
+from configs.source_code import PACKAGES, PROJECT_ROOT, direct_imports
 
 MAY_IMPORT = {
     "configs": set(),
@@ -79,21 +79,23 @@ def _judge(package: str, module: str, name: str) -> Iterator[str]:
 
 def _is_file(name: str) -> bool:
     """Return whether a dotted name is a file of ours, and so neither Hugging Face's datasets nor a bare package."""
-    return "." in name and (ROOT / name.replace(".", "/")).with_suffix(".py").is_file()
+    return "." in name and (PROJECT_ROOT / name.replace(".", "/")).with_suffix(".py").is_file()
 
 
 @pytest.mark.parametrize("package", MAY_IMPORT)
 def test_package_imports_only_what_it_may(package: str) -> None:
-    files = sorted((ROOT / package).rglob("*.py"))
+    files = sorted((PROJECT_ROOT / package).rglob("*.py"))
     assert files
-    named = [(file.relative_to(ROOT).as_posix(), problem) for file in files for problem in violations(package, file.read_text("utf-8"))]
+    named = [
+        (file.relative_to(PROJECT_ROOT).as_posix(), problem) for file in files for problem in violations(package, file.read_text("utf-8"))
+    ]
     found = [f"{file}, {problem}" for file, problem in named if not (file == GUARD and "datasets is no module" in problem)]
     assert not found, "\n".join(found)
 
 
 def room_of(file: Path) -> tuple[str, str]:
     """Return the package of a file and its room."""
-    package, *inner, _ = file.relative_to(ROOT).parts
+    package, *inner, _ = file.relative_to(PROJECT_ROOT).parts
     return package, ".".join(inner)
 
 
@@ -107,19 +109,19 @@ def may_import(importer: tuple[str, str], imported: tuple[str, str]) -> bool:
 
 def own_files() -> list[Path]:
     """Return every module of the project, without the packages' own files: whoever imports a module imports them."""
-    return [file for package in PACKAGES for file in sorted((ROOT / package).rglob("*.py")) if file.name != "__init__.py"]
+    return [file for package in PACKAGES for file in sorted((PROJECT_ROOT / package).rglob("*.py")) if file.name != "__init__.py"]
 
 
 def test_every_room_has_its_layer() -> None:
     listed = {(package, room) for package, layers in LAYERS.items() for rooms in layers for room in rooms}
     assert {room_of(file) for file in own_files()} <= listed
-    assert all((ROOT / package / room.replace(".", "/") / "__init__.py").is_file() for package, room in listed)
+    assert all((PROJECT_ROOT / package / room.replace(".", "/") / "__init__.py").is_file() for package, room in listed)
 
 
 def test_rooms_import_only_from_layers_below() -> None:
     files = set(own_files())
     wrong = [
-        f"{file.relative_to(ROOT)} imports {imported.relative_to(ROOT)}"
+        f"{file.relative_to(PROJECT_ROOT)} imports {imported.relative_to(PROJECT_ROOT)}"
         for file in sorted(files)
         for imported in direct_imports(file)
         if imported in files and not may_import(room_of(file), room_of(imported))

@@ -10,7 +10,7 @@ from typing import cast
 import torch
 from torch import nn
 
-from agents.lobstr.spec import WINDOW
+from agents.lobstr.spec import WINDOW_FRAMES
 
 CNN_CHANNELS, CNN_KERNEL = (128, 256, 512), 5
 FC_LAYERS = 6
@@ -26,7 +26,7 @@ class RecurrentEncoder(nn.Module):
 
     def forward(self, features: torch.Tensor) -> torch.Tensor:
         """Return the states of all frames with a second behind them."""
-        return cast(torch.Tensor, self.layer(features)[0][:, WINDOW - 1 :])
+        return cast(torch.Tensor, self.layer(features)[0][:, WINDOW_FRAMES - 1 :])
 
 
 class WindowEncoder(nn.Module):
@@ -39,7 +39,7 @@ class WindowEncoder(nn.Module):
 
     def forward(self, features: torch.Tensor) -> torch.Tensor:
         """Return the states of all frames with a second behind them."""
-        windows = features.unfold(1, WINDOW, 1).transpose(2, 3)  # (B, S, WINDOW, F)
+        windows = features.unfold(1, WINDOW_FRAMES, 1).transpose(2, 3)  # (B, S, WINDOW, F)
         return self.network(windows.flatten(0, 1)).unflatten(0, windows.shape[:2])
 
 
@@ -54,7 +54,7 @@ def make_encoder(kind: str, features: int, hidden: int) -> nn.Module:
 
 def _fully_connected(features: int, hidden: int) -> nn.Module:
     """Return six fully connected layers."""
-    sizes = [WINDOW * features, *[hidden] * FC_LAYERS]
+    sizes = [WINDOW_FRAMES * features, *[hidden] * FC_LAYERS]
     layers = [layer for a, b in pairwise(sizes) for layer in (nn.Linear(a, b), nn.ReLU())]
     return nn.Sequential(nn.Flatten(1), *layers)
 
@@ -62,7 +62,7 @@ def _fully_connected(features: int, hidden: int) -> nn.Module:
 def _convolutional(features: int, hidden: int) -> nn.Module:
     """Return convolutions over time, each with max-pooling, which leave a ninth of the second; then one layer to ``hidden``."""
     layers: list[nn.Module] = [_TimeLast()]
-    length, channels = WINDOW, features
+    length, channels = WINDOW_FRAMES, features
     for wider in CNN_CHANNELS:
         layers += [nn.Conv1d(channels, wider, CNN_KERNEL, padding="same"), nn.ReLU(), nn.MaxPool1d(2)]
         length, channels = length // 2, wider

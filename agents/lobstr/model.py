@@ -11,13 +11,13 @@ from agents.lobstr.encoders import make_encoder
 from agents.lobstr.spec import LobstrSpec
 from agents.model_file import load_network, save_network
 from datasets.motion.rotation import Array
-from datasets.trackers.lower_body import JOINTS, SIX, from_six, pelvis_tilt, to_six, turned_legs
+from datasets.trackers.lower_body import LEG_JOINTS, ROTATION_6D_SIZE, change_thigh_frame, from_rotation_6d, pelvis_tilt, to_rotation_6d
 
-POSE = len(JOINTS) * SIX
-FLOOR = 1e-4  # least standard deviation of a feature: what hardly varies is not blown up
+POSE_SIZE = len(LEG_JOINTS) * ROTATION_6D_SIZE
+MIN_STD = 1e-4  # least standard deviation of a feature: what hardly varies is not blown up
 
 
-class LowerBody(NamedTuple):
+class LowerBodyPrediction(NamedTuple):
     """What the network says of frames.
 
     Attributes:
@@ -39,8 +39,8 @@ def pose_targets(spec: LobstrSpec, poses: Array, pelvis: Array) -> Array:
     """
     if not spec.upright:
         return poses
-    legs = turned_legs(_legs(poses), pelvis_tilt(pelvis))
-    return to_six(legs).reshape(poses.shape)
+    legs = change_thigh_frame(_legs(poses), pelvis_tilt(pelvis))
+    return to_rotation_6d(legs).reshape(poses.shape)
 
 
 def leg_matrices(spec: LobstrSpec, predicted: Array, pelvis: Array) -> Array:
@@ -52,11 +52,11 @@ def leg_matrices(spec: LobstrSpec, predicted: Array, pelvis: Array) -> Array:
         pelvis: Its rotations in the world, shape (..., 4).
     """
     legs = _legs(predicted)
-    return turned_legs(legs, pelvis_tilt(pelvis).swapaxes(-1, -2)) if spec.upright else legs
+    return change_thigh_frame(legs, pelvis_tilt(pelvis).swapaxes(-1, -2)) if spec.upright else legs
 
 
 def _legs(poses: Array) -> Array:
-    return from_six(poses.reshape(*poses.shape[:-1], len(JOINTS), SIX))
+    return from_rotation_6d(poses.reshape(*poses.shape[:-1], len(LEG_JOINTS), ROTATION_6D_SIZE))
 
 
 class LobstrModel(nn.Module):
@@ -72,40 +72,40 @@ class LobstrModel(nn.Module):
         self.spec = spec
         self.encoder = make_encoder(spec.encoder, spec.features, spec.hidden)
         self.to_latent = nn.Linear(spec.hidden, spec.latent)
-        self.from_pose = nn.Linear(POSE, spec.latent) if spec.autoregressive else None
+        self.from_pose = nn.Linear(POSE_SIZE, spec.latent) if spec.autoregressive else None
         wide = spec.latent * (2 if spec.autoregressive else 1)
-        self.to_pose, self.to_contact = nn.Linear(wide, POSE), nn.Linear(wide, 4)
+        self.to_pose, self.to_contact = nn.Linear(wide, POSE_SIZE), nn.Linear(wide, 4)
         self.register_buffer("feature_mean", torch.zeros(spec.features))
         self.register_buffer("feature_std", torch.ones(spec.features))
-        self.register_buffer("pose_mean", torch.zeros(POSE))
+        self.register_buffer("pose_mean", torch.zeros(POSE_SIZE))
 
     @torch.no_grad()
     def fit_normalisation(self, features: torch.Tensor, poses: torch.Tensor) -> None:
         """Take the statistics of features (..., F) and poses (..., 48)."""
         self.feature_mean.copy_(features.flatten(0, -2).mean(0))
-        self.feature_std.copy_(features.flatten(0, -2).std(0).clamp(min=FLOOR))
+        self.feature_std.copy_(features.flatten(0, -2).std(0).clamp(min=MIN_STD))
         self.pose_mean.copy_(poses.flatten(0, -2).mean(0))
 
-    def forward(self, features: torch.Tensor, poses_before: torch.Tensor | None = None) -> LowerBody:
+    def forward(self, features: torch.Tensor, poses_before: torch.Tensor | None = None) -> LowerBodyPrediction:
         """Return what raw features (B, T, F) say of every frame that has a second behind it: S = T - 44 of them.
 
         Args:
             features: Raw features of frames that follow one another.
             poses_before: Of the S frames before the predicted ones, shape (B, S, 48); of the autoregressive network alone.
         """
-        return self.read(self.encoder(self.normalised(features)), poses_before)
+        return self.decode(self.encoder(self.normalise(features)), poses_before)
 
-    def normalised(self, features: torch.Tensor) -> torch.Tensor:
+    def normalise(self, features: torch.Tensor) -> torch.Tensor:
         """Return features with zero mean and unit variance."""
         return (features - self.feature_mean) / self.feature_std
 
-    def read(self, state: torch.Tensor, pose_before: torch.Tensor | None = None) -> LowerBody:
+    def decode(self, state: torch.Tensor, pose_before: torch.Tensor | None = None) -> LowerBodyPrediction:
         """Return what states (..., hidden) of the encoder mean; arguments are those of ``forward``."""
         latent = torch.relu(self.to_latent(state))
         if self.from_pose is not None:
             assert pose_before is not None
             latent = torch.cat([latent, self.from_pose(pose_before - self.pose_mean)], -1)
-        return LowerBody(self.to_pose(latent) + self.pose_mean, self.to_contact(latent).unflatten(-1, (2, 2)))
+        return LowerBodyPrediction(self.to_pose(latent) + self.pose_mean, self.to_contact(latent).unflatten(-1, (2, 2)))
 
     def save(self, path: Path, card: dict[str, Any]) -> None:
         """Write weights, statistics, spec and ``card`` as safetensors."""

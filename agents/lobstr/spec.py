@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 from configs.errors import require
-from datasets.trackers.features import FEATURES
+from datasets.trackers.features import FEATURE_SIZES
 
-WINDOW = 45  # frames that a prediction looks back on, a second
+WINDOW_FRAMES = 45  # frames that a prediction looks back on, a second
 RECURRENT = ("gru", "lstm", "rnn")
 ENCODERS = (*RECURRENT, "fc", "cnn")
 
@@ -34,7 +34,7 @@ class LobstrSpec:
     def __post_init__(self) -> None:
         """Check the values."""
         require(self.encoder in ENCODERS, "model.encoder", f"'{self.encoder}'", f"one of {', '.join(ENCODERS)}")
-        require(self.inputs in FEATURES, "model.inputs", f"'{self.inputs}'", f"one of {', '.join(FEATURES)}")
+        require(self.inputs in FEATURE_SIZES, "model.inputs", f"'{self.inputs}'", f"one of {', '.join(FEATURE_SIZES)}")
         for name in ("hidden", "latent"):
             require(getattr(self, name) >= 1, f"model.{name}", getattr(self, name), "1 or more")
         require(not self.autoregressive or self.encoder in RECURRENT, "model.autoregressive", "true", "false without a recurrent encoder")
@@ -42,4 +42,4 @@ class LobstrSpec:
     @property
     def features(self) -> int:
         """Numbers that are seen of a frame."""
-        return FEATURES[self.inputs]
+        return FEATURE_SIZES[self.inputs]

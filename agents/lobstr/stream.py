@@ -8,10 +8,10 @@ import torch
 
 from agents.lobstr.encoders import RecurrentEncoder
 from agents.lobstr.model import LobstrModel, leg_matrices
-from agents.lobstr.spec import WINDOW
-from datasets.motion.rotation_matrices import quaternions
+from agents.lobstr.spec import WINDOW_FRAMES
+from datasets.motion.rotation_matrices import matrices_to_quaternions
 from datasets.trackers.features import tracker_features
-from datasets.trackers.trackers import PELVIS, TRACKERS, TrackerPoses
+from datasets.trackers.trackers import PELVIS_TRACKER, TRACKER_NAMES, TrackerPoses
 
 
 class LowerBodyStream:
@@ -31,7 +31,7 @@ class LowerBodyStream:
         weights = dict(layer.named_parameters())
         self._weights = tuple(weights[name] for name in ("weight_ih_l0", "weight_hh_l0", "bias_ih_l0", "bias_hh_l0"))
         self._state = torch.zeros(users, model.spec.hidden)
-        self._before = TrackerPoses(np.zeros((users, len(TRACKERS), 3)), np.zeros((users, len(TRACKERS), 4)))
+        self._before = TrackerPoses(np.zeros((users, len(TRACKER_NAMES), 3)), np.zeros((users, len(TRACKER_NAMES), 4)))
         self._seen = np.zeros(users, dtype=int)
 
     def reset(self, rows: np.ndarray) -> None:
@@ -60,10 +60,10 @@ class LowerBodyStream:
             stored[rows] = new
         features = torch.from_numpy(tracker_features(self._model.spec.inputs, before, joints).astype(np.float32))
         at = torch.from_numpy(rows)
-        state = torch.gru_cell(self._model.normalised(features), self._state[at], *self._weights)
+        state = torch.gru_cell(self._model.normalise(features), self._state[at], *self._weights)
         state[torch.from_numpy(first)] = 0.0  # one frame says nothing about velocities
         self._state[at] = state
         self._seen[rows] += 1
-        body = self._model.read(state)
-        legs = leg_matrices(self._model.spec, body.pose.numpy().astype(float), joints.rotations[:, PELVIS])
-        return quaternions(legs), body.contact.numpy().argmax(-1).astype(bool), self._seen[rows] > WINDOW
+        body = self._model.decode(state)
+        legs = leg_matrices(self._model.spec, body.pose.numpy().astype(float), joints.rotations[:, PELVIS_TRACKER])
+        return matrices_to_quaternions(legs), body.contact.numpy().argmax(-1).astype(bool), self._seen[rows] > WINDOW_FRAMES

@@ -8,18 +8,18 @@ from torch import nn
 from torch.autograd.function import once_differentiable
 
 # PyTorch offers oneDNN's product of float32 matrices to its own compiler only; builds without oneDNN lack it.
-ONEDNN = torch.backends.mkldnn.is_available() and hasattr(torch.ops.mkldnn, "_linear_pointwise")
+HAS_ONEDNN = torch.backends.mkldnn.is_available() and hasattr(torch.ops.mkldnn, "_linear_pointwise")
 
 
-class Perceptron(nn.Sequential):
+class MLP(nn.Sequential):
     """Linear layers with an activation after each but the last, called as ``nn.Sequential``: the same values but for rounding."""
 
     def forward(self, input: torch.Tensor) -> torch.Tensor:
         """Return the last layer's values (..., last size) for inputs (..., first size)."""
-        if not ONEDNN or input.device.type != "cpu" or input.dtype != torch.float32:
+        if not HAS_ONEDNN or input.device.type != "cpu" or input.dtype != torch.float32:
             return super().forward(input)
         rows = input.reshape(-1, input.shape[-1])
-        apply = _Layer.apply if torch.is_grad_enabled() else product
+        apply = _Layer.apply if torch.is_grad_enabled() else onednn_linear
         layers = list(self.children())
         for linear, activation in zip_longest(layers[::2], layers[1::2]):
             assert isinstance(linear, nn.Linear)
@@ -35,7 +35,7 @@ class _Layer(torch.autograd.Function):
 
     @staticmethod
     def forward(ctx: Any, rows: torch.Tensor, weight: torch.Tensor, bias: torch.Tensor, tanh: bool) -> torch.Tensor:
-        out = product(rows, weight, bias, tanh)
+        out = onednn_linear(rows, weight, bias, tanh)
         ctx.save_for_backward(rows, weight, out)
         ctx.tanh = tanh
         return out
@@ -48,10 +48,10 @@ class _Layer(torch.autograd.Function):
         rows, weight, out = ctx.saved_tensors
         if ctx.tanh:
             grad = torch.ops.aten.tanh_backward(grad, out)
-        for_rows = product(grad, weight.t()) if ctx.needs_input_grad[0] else None
-        return for_rows, product(grad.t(), rows.t()), grad.sum(dim=0), None
+        for_rows = onednn_linear(grad, weight.t()) if ctx.needs_input_grad[0] else None
+        return for_rows, onednn_linear(grad.t(), rows.t()), grad.sum(dim=0), None
 
 
-def product(rows: torch.Tensor, columns: torch.Tensor, bias: torch.Tensor | None = None, tanh: bool = False) -> torch.Tensor:
+def onednn_linear(rows: torch.Tensor, columns: torch.Tensor, bias: torch.Tensor | None = None, tanh: bool = False) -> torch.Tensor:
     """Return ``rows @ columns.T + bias`` (M, O) of rows (M, I) and columns (O, I), or the tanh of that."""
     return torch.ops.mkldnn._linear_pointwise(rows, columns, bias, "tanh" if tanh else "none", [], "")

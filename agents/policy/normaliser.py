@@ -3,7 +3,7 @@
 import torch
 from torch import nn
 
-CLIP = 10.0  # standard deviations beyond which an observation tells no more
+MAX_STD_DEVIATIONS = 10.0  # standard deviations beyond which an observation tells no more
 
 
 class Normaliser(nn.Module):
@@ -22,7 +22,7 @@ class Normaliser(nn.Module):
 
     def forward(self, observation: torch.Tensor) -> torch.Tensor:
         """Return normalised observations, shape (..., size)."""
-        return (observation - self.mean).mul_(torch.rsqrt(self.var + 1e-6)).clamp_(-CLIP, CLIP)
+        return (observation - self.mean).mul_(torch.rsqrt(self.var + 1e-6)).clamp_(-MAX_STD_DEVIATIONS, MAX_STD_DEVIATIONS)
 
     @torch.no_grad()
     def update(self, observations: torch.Tensor) -> None:

@@ -9,19 +9,19 @@ import torch
 from torch import nn
 
 from agents.model_file import load_network, save_network
-from agents.policy.mlp import Perceptron
+from agents.policy.mlp import MLP
 from agents.policy.normaliser import Normaliser
 
 ACTIVATIONS: dict[str, type[nn.Module]] = {"tanh": nn.Tanh, "elu": nn.ELU, "silu": nn.SiLU, "relu": nn.ReLU}
 
 
-def _perceptron(sizes: list[int], activation: type[nn.Module], last_gain: float) -> Perceptron:
+def _perceptron(sizes: list[int], activation: type[nn.Module], last_gain: float) -> MLP:
     linears = [nn.Linear(into, out) for into, out in pairwise(sizes)]
     for linear in linears:
         nn.init.orthogonal_(linear.weight, last_gain if linear is linears[-1] else 2**0.5)
         nn.init.zeros_(linear.bias)
     hidden = [layer for linear in linears[:-1] for layer in (linear, activation())]
-    return Perceptron(*hidden, linears[-1])
+    return MLP(*hidden, linears[-1])
 
 
 class Policy(nn.Module):

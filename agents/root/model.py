@@ -9,13 +9,13 @@ from torch import nn
 
 from agents.model_file import load_network, save_network
 from agents.root.spec import NETWORKS, RootSpec
-from agents.root.stance_points import support_paths
+from agents.root.stance_points import stance_paths
 from datasets.motion.rotation import Array
 
-FLOOR = 1e-3  # least standard deviation of a feature or target [m, m/s^2]: what hardly varies is not blown up
+MIN_STD = 1e-3  # least standard deviation of a feature or target [m, m/s^2]: what hardly varies is not blown up
 
 
-def paths_of(spec: RootSpec, features: Array, output: Array, mean: Array, std: Array) -> Array:
+def decode_paths(spec: RootSpec, features: Array, output: Array, mean: Array, std: Array) -> Array:
     """Return the paths [m] (B, W, 3) that a network's output means; NumPy or torch.
 
     Args:
@@ -26,7 +26,7 @@ def paths_of(spec: RootSpec, features: Array, output: Array, mean: Array, std: A
         std: Of targets [m], shape (W, 3).
     """
     paths = output[..., :3] * std + mean
-    return paths + support_paths(spec, features, output[..., 3:]) if spec.support else paths
+    return paths + stance_paths(spec, features, output[..., 3:]) if spec.support else paths
 
 
 class RootModel(nn.Module):
@@ -55,23 +55,23 @@ class RootModel(nn.Module):
         still has moved by zero.
         """
         self.feature_mean.copy_(features.mean((0, 1)))
-        self.feature_std.copy_(features.std((0, 1)).clamp(min=FLOOR))
+        self.feature_std.copy_(features.std((0, 1)).clamp(min=MIN_STD))
         if self.spec.vertical == "height":
             self.target_mean[2] = targets[..., 2].mean()
-        self.target_std.copy_((targets - self.target_mean).square().mean(0).sqrt().clamp(min=FLOOR))
+        self.target_std.copy_((targets - self.target_mean).square().mean(0).sqrt().clamp(min=MIN_STD))
 
-    def normalised(self, features: torch.Tensor) -> torch.Tensor:
+    def normalise(self, features: torch.Tensor) -> torch.Tensor:
         """Return features (B, W, F) with zero mean and unit variance."""
         return (features - self.feature_mean) / self.feature_std
 
-    def paths(self, features: torch.Tensor) -> torch.Tensor:
+    def predict_paths(self, features: torch.Tensor) -> torch.Tensor:
         """Return what the model reads from raw features (B, W, F), with gradients [m], shape (B, W, 3)."""
-        return paths_of(self.spec, features, self.network(self.normalised(features)), self.target_mean, self.target_std)
+        return decode_paths(self.spec, features, self.network(self.normalise(features)), self.target_mean, self.target_std)
 
     @torch.inference_mode()
     def forward(self, features: torch.Tensor) -> torch.Tensor:
         """Return the same without gradients; what it means says ``root_window.window_targets``."""
-        return self.paths(features)
+        return self.predict_paths(features)
 
     def save(self, path: Path, card: dict[str, Any]) -> None:
         """Write weights, normalisation, spec and ``card`` as safetensors."""

@@ -8,15 +8,15 @@ import numpy as np
 import torch
 from torch import nn
 
-from agents.root.model import RootModel, paths_of
-from agents.root.networks.root3d_unet import CHANNELS, WINDOW, Root3dUnet
+from agents.root.model import RootModel, decode_paths
+from agents.root.networks.root3d_unet import CHANNELS, WINDOW_FRAMES, Root3dUnet
 from agents.root.networks.temporal_unet import ConvolutionPair
 
 Affine = tuple[np.ndarray, np.ndarray]  # a matrix, and what is added
 Predictor = Callable[[np.ndarray], np.ndarray]
 
 
-def window_predictor(model: RootModel) -> Predictor:
+def make_window_predictor(model: RootModel) -> Predictor:
     """Return ``RootModel.forward`` for one window: from raw features (W, F) to the path (W, 3) [m].
 
     Args:
@@ -24,18 +24,18 @@ def window_predictor(model: RootModel) -> Predictor:
     """
     if not isinstance(model.network, Root3dUnet):
         return lambda features: model(torch.from_numpy(features)[None])[0].numpy()
-    network = unrolled(model.network)
+    network = as_numpy_function(model.network)
     parts = (model.feature_mean, model.feature_std, model.target_mean, model.target_std)
     mean, std, target_mean, target_std = (part.cpu().numpy().copy() for part in parts)
 
     def predict(features: np.ndarray) -> np.ndarray:
         output = network((features - mean) / std)
-        return paths_of(model.spec, features[None], output[None], target_mean, target_std)[0]
+        return decode_paths(model.spec, features[None], output[None], target_mean, target_std)[0]
 
     return predict
 
 
-def unrolled(network: Root3dUnet) -> Predictor:
+def as_numpy_function(network: Root3dUnet) -> Predictor:
     """Return a function from a window of normalised features (8, F) to what the network gives (8, outputs), in single precision.
 
     A convolution over a few frames is one matrix from all its inputs to all its outputs.
@@ -44,13 +44,13 @@ def unrolled(network: Root3dUnet) -> Predictor:
         network: Its weights of this moment are copied.
     """
     network = deepcopy(network).double().cpu()
-    unet, frames = network.unet, [WINDOW >> scale for scale in range(len(network.unet.encoder))]
+    unet, frames = network.unet, [WINDOW_FRAMES >> scale for scale in range(len(network.unet.encoder))]
     first, second = _affine(network.first, network.first.in_features), _affine(network.second, network.second.in_features)
     encoder = [_pair(pair, count) for pair, count in zip(unet.encoder, frames, strict=True)]
     decoder = [_pair(pair, count) for pair, count in zip(unet.decoder, frames[:-1], strict=True)]
     double = nn.Upsample(scale_factor=2.0, mode="linear")
     doubled = [_affine(double, CHANNELS, count)[0] for count in frames[1:]]
-    head, bias = _affine(unet.head, CHANNELS, WINDOW)
+    head, bias = _affine(unet.head, CHANNELS, WINDOW_FRAMES)
 
     def predict(window: np.ndarray) -> np.ndarray:
         x = _through((first, second), window.ravel())
@@ -60,7 +60,7 @@ def unrolled(network: Root3dUnet) -> Predictor:
             skipped.append(x)
         for pair, up, skip in zip(reversed(decoder), reversed(doubled), reversed(skipped[:-1]), strict=True):
             x = _through(pair, np.concat([skip, up @ x]))
-        return (head @ x + bias).reshape(-1, WINDOW).T
+        return (head @ x + bias).reshape(-1, WINDOW_FRAMES).T
 
     return predict
 

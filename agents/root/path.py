@@ -13,13 +13,13 @@ from agents.root.model import RootModel
 from agents.root.spec import RootSpec
 from agents.root.windows import window_features
 from configs.errors import InputError
-from datasets.imu.root_features import RATE, RootFrames, face_forward
+from datasets.imu.root_features import ROOT_RATE_HZ, RootFrames, to_heading_frame
 
 FULL_ORDER = 7  # of F_w: all eight predictions of a mini-trajectory
-BATCH = 256  # windows at a time: many more would leave the processor's cache
+WINDOWS_PER_BATCH = 256  # windows at a time: many more would leave the processor's cache
 
 
-def root_path(model: RootModel, frames: RootFrames, start: np.ndarray, order: int = FULL_ORDER) -> np.ndarray:
+def predict_root_path(model: RootModel, frames: RootFrames, start: np.ndarray, order: int = FULL_ORDER) -> np.ndarray:
     """Return the pelvis' path [m], shape (N, 3), that a model reads from a clip.
 
     Args:
@@ -36,7 +36,7 @@ def root_path(model: RootModel, frames: RootFrames, start: np.ndarray, order: in
     spec = model.spec
     check_length(spec, len(frames.heading))
     paths = predict_windows(model, frames)
-    steps, heights = join(spec, paths, frames.heading, order)
+    steps, heights = average_windows(spec, paths, frames.heading, order)
     path = start + np.concat([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
     if spec.target == "com":
         path -= frames.centre - frames.centre[:1]
@@ -49,8 +49,8 @@ def check_length(spec: RootSpec, frames: int) -> None:
     """Raise InputError if a clip of so many frames is shorter than a window."""
     if frames < spec.window:
         raise InputError(
-            f"a clip of {frames} frames at {RATE:g} Hz is too short for {spec.network}, which needs {spec.window} "
-            f"({spec.window / RATE:g} s)"
+            f"a clip of {frames} frames at {ROOT_RATE_HZ:g} Hz is too short for {spec.network}, which needs {spec.window} "
+            f"({spec.window / ROOT_RATE_HZ:g} s)"
         )
 
 
@@ -58,10 +58,10 @@ def predict_windows(model: RootModel, frames: RootFrames) -> np.ndarray:
     """Return what the model predicts for every window of a clip, in each window's own axes [m], shape (N - W + 1, W, 3)."""
     tensors = RootFrames(*(torch.from_numpy(part) for part in frames))
     starts = torch.arange(len(frames.heading) - model.spec.window + 1)
-    return torch.cat([model(window_features(model.spec, tensors, some)) for some in starts.split(BATCH)]).numpy()
+    return torch.cat([model(window_features(model.spec, tensors, some)) for some in starts.split(WINDOWS_PER_BATCH)]).numpy()
 
 
-def join(spec: RootSpec, paths: np.ndarray, heading: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray | None]:
+def average_windows(spec: RootSpec, paths: np.ndarray, heading: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray | None]:
     """Return the steps (N - 1, 3) [m] in the world that windows agree on, and the heights (N,) of models that predict them.
 
     Args:
@@ -70,9 +70,9 @@ def join(spec: RootSpec, paths: np.ndarray, heading: np.ndarray, order: int) -> 
         heading: Of the pelvis at each window's first frame and after [rad], shape (N,).
         order: w of F_w.
     """
-    turned = face_forward(paths.astype(float), -heading[: len(paths)])
-    if spec.steps_ahead:
-        return np.concat([weighted_step(turned, order), last_steps(turned[-1])]), None
+    turned = to_heading_frame(paths.astype(float), -heading[: len(paths)])
+    if spec.predicts_steps_ahead:
+        return np.concat([weighted_step(turned, order), final_window_steps(turned[-1])]), None
     steps = _mean_along(np.diff(turned, axis=1))
     if spec.vertical != "height":
         return steps, None
@@ -85,7 +85,7 @@ def weighted_step(paths: np.ndarray, order: int) -> np.ndarray:
     return (paths[..., : order + 1, :] / ahead).mean(axis=-2)
 
 
-def last_steps(path: np.ndarray) -> np.ndarray:
+def final_window_steps(path: np.ndarray) -> np.ndarray:
     """Return the steps (W - 2, 3) within a clip's last window (W, 3), from which no further window starts: s_k - s_(k-1)."""
     return np.diff(path, axis=0)[:-1]
 

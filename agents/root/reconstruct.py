@@ -6,15 +6,15 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from agents.root.model import RootModel
-from agents.root.path import FULL_ORDER, root_path
+from agents.root.path import FULL_ORDER, predict_root_path
 from configs.errors import InputError
-from datasets.cleanup.anti_skate import hold_feet
-from datasets.cleanup.ballistic_flight import fly
-from datasets.cleanup.ground_levelling import level_ground
+from datasets.cleanup.anti_skate import apply_stance_root_filter
+from datasets.cleanup.ballistic_flight import apply_ballistic_root
+from datasets.cleanup.ground_levelling import level_to_ground
 from datasets.imu.free_acceleration import accelerations_from_pose
-from datasets.imu.root_features import RATE, RootFrames, root_frames
+from datasets.imu.root_features import ROOT_RATE_HZ, RootFrames, root_frames
 from datasets.motion.clip import BodyMotion
-from datasets.motion.kinematics import body_poses, lowest_points, resample
+from datasets.motion.kinematics import body_poses, lowest_point_heights, resample
 
 
 def reconstruct_root(
@@ -38,45 +38,45 @@ def reconstruct_root(
         order: w of F_w (thesis eq. 3.12).
         filtered: Whether the path goes through two filters: in the air the centre of mass flies (``flight``, which needs real
             accelerations), and feet that stand are held (``anti_skate``, thesis 3.5.2).
-        level: Whether the ground is known to be level: then heights that drifted are put right wherever feet stand (``level_ground``).
+        level: Whether the ground is known to be level: then heights that drifted are put right wherever feet stand (``level_to_ground``).
 
     Raises:
         InputError: If the clip is shorter than the model's window, or the accelerations do not fit; names the clip.
     """
-    clip = resample(motion, RATE)
+    clip = resample(motion, ROOT_RATE_HZ)
     seen = accelerations_from_pose(motion) if accelerations is None and model.spec.accelerations else accelerations
     try:
         frames = root_frames(clip, seen)
-        path = root_path(model, frames, standing_root(clip), order)
+        path = predict_root_path(model, frames, initial_root_position(clip), order)
     except InputError as error:
         raise error if motion.name in str(error) else InputError(f"{motion.name}: {error}") from None
     if filtered:
-        path = filtered_path(path, clip, frames if accelerations is not None and model.spec.steps_ahead else None)
+        path = filter_path(path, clip, frames if accelerations is not None and model.spec.predicts_steps_ahead else None)
     found = replace(motion, root_position=_at_frames(path, motion))
-    return level_ground(found) if level else found
+    return level_to_ground(found) if level else found
 
 
-def filtered_path(path: np.ndarray, clip: BodyMotion, felt: RootFrames | None) -> np.ndarray:
+def filter_path(path: np.ndarray, clip: BodyMotion, measured_frames: RootFrames | None) -> np.ndarray:
     """Return a path (N, 3) [m] that flies in the air and holds feet that stand.
 
     Args:
         path: As a model says [m], shape (N, 3).
         clip: That it belongs to, at 100 Hz.
-        felt: Its frames with measured accelerations; None where there are none, or where heights are known: then it never flies.
+        measured_frames: Its frames with measured accelerations; None where there are none, or where heights are known: then it never flies.
     """
-    if felt is not None:
-        path = fly(path, felt.centre, felt.accelerations)
-    return hold_feet(replace(clip, root_position=path)).root_position
+    if measured_frames is not None:
+        path = apply_ballistic_root(path, measured_frames.centre, measured_frames.accelerations)
+    return apply_stance_root_filter(replace(clip, root_position=path)).root_position
 
 
-def standing_root(motion: BodyMotion) -> np.ndarray:
+def initial_root_position(motion: BodyMotion) -> np.ndarray:
     """Return where the pelvis begins [m], shape (3,): above the origin, the lowest point of the first frame on the ground."""
     first = replace(motion.cut(0, 1), root_position=np.zeros((1, 3)))
-    return np.array([0.0, 0.0, -lowest_points(*body_poses(first)).min()])
+    return np.array([0.0, 0.0, -lowest_point_heights(*body_poses(first)).min()])
 
 
 def _at_frames(path: np.ndarray, motion: BodyMotion) -> np.ndarray:
     """Return a path at 100 Hz at the instants of a clip's frames; the last may lie a little beyond its end."""
-    if motion.fps == RATE:
+    if motion.fps == ROOT_RATE_HZ:
         return path
-    return CubicSpline(np.arange(len(path)) / RATE, path)(np.arange(len(motion)) / motion.fps)
+    return CubicSpline(np.arange(len(path)) / ROOT_RATE_HZ, path)(np.arange(len(motion)) / motion.fps)

@@ -8,10 +8,10 @@ from agents.root.networks.planar_unet import PlanarUnet
 from agents.root.networks.root3d_unet import Root3dUnet
 from configs.errors import InputError
 from datasets.imu.sensor_model import SENSOR_BODIES
-from datasets.motion.humanoid import BODY_COUNT, FEET
+from datasets.motion.humanoid import BODY_COUNT, FOOT_AND_TOE_BODIES
 
 NETWORKS = {"root3d": Root3dUnet, "planar_unet": PlanarUnet, "planar_cnn": PlanarCnn}
-POINTS = tuple(body for foot in FEET for body in foot)  # ankle and toe joint of either foot, which may carry the body
+STANCE_BODIES = tuple(body for foot in FOOT_AND_TOE_BODIES for body in foot)  # ankle and toe joint of either foot, which may carry the body
 PLANAR_FEATURES = 64  # 19 joints are 57 numbers, padded with zeros (thesis 2.4.3)
 
 
@@ -25,7 +25,7 @@ class RootSpec:
         target: "root" or "com": the point whose path is predicted.
         vertical: "displacement" along the window as in the horizontal plane, or absolute "height", for the planar networks.
         support: Whether Root3D's network also says which points of the feet carry the body, and its path is added to the one about
-            those (``support.support_paths``); the thesis's does not.
+            those (``support.stance_paths``); the thesis's does not.
     """
 
     network: str = "root3d"
@@ -39,38 +39,38 @@ class RootSpec:
         for name, known in (("network", tuple(NETWORKS)), ("target", ("root", "com")), ("vertical", ("displacement", "height"))):
             if getattr(self, name) not in known:
                 raise InputError(f"model.{name} is '{getattr(self, name)}', should be {' or '.join(known)}")
-        if self.steps_ahead and self.vertical == "height":
+        if self.predicts_steps_ahead and self.vertical == "height":
             raise InputError("model.vertical is 'height', should be displacement: root3d predicts steps")
-        if not self.steps_ahead and self.support:
+        if not self.predicts_steps_ahead and self.support:
             raise InputError("model.support is true, should be false: it predicts steps")
-        if not self.steps_ahead and self.accelerations:
+        if not self.predicts_steps_ahead and self.accelerations:
             raise InputError("model.accelerations is true, should be false: planar networks see the pose only")
 
     @property
-    def steps_ahead(self) -> bool:
+    def predicts_steps_ahead(self) -> bool:
         """Whether the network predicts mini-trajectories ahead of a window's first frame, rather than the path along the window."""
         return self.network == "root3d"
 
     @property
     def window(self) -> int:
         """Frames of a window."""
-        return root3d_unet.WINDOW if self.steps_ahead else planar_unet.WINDOW
+        return root3d_unet.WINDOW_FRAMES if self.predicts_steps_ahead else planar_unet.WINDOW_FRAMES
 
     @property
     def bodies(self) -> tuple[int, ...]:
         """Body of each vector among a frame's features: of the joints, then of the sensors."""
-        if not self.steps_ahead:
+        if not self.predicts_steps_ahead:
             return tuple(range(1, BODY_COUNT))
         return (*range(BODY_COUNT), *(SENSOR_BODIES if self.accelerations else ()))
 
     @property
     def features(self) -> int:
         """Numbers of a frame: 117 with accelerations, 60 without (ERRATA of eq. 3.23), 64 for the planar networks."""
-        if not self.steps_ahead:
+        if not self.predicts_steps_ahead:
             return PLANAR_FEATURES
         return 3 * (BODY_COUNT + self.accelerations * len(SENSOR_BODIES))
 
     @property
     def outputs(self) -> int:
         """Numbers that the network gives for a frame: the three coordinates, then how sure it is of each point of support."""
-        return 3 + self.support * len(POINTS)
+        return 3 + self.support * len(STANCE_BODIES)

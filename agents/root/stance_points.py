@@ -4,16 +4,16 @@ Root3D may give, beside a path, how sure it is of each of four points that carry
 network that has seen few people guesses a speed that it saw people have; the feet know it. B windows, W frames; NumPy or torch.
 """
 
-from agents.root.spec import POINTS, RootSpec
+from agents.root.spec import STANCE_BODIES, RootSpec
 from datasets.motion.humanoid import ANKLE_HEIGHT
-from datasets.motion.rotation import Array, Constant, namespace
+from datasets.motion.rotation import Array, Constant, array_namespace
 
-SHARPNESS = 0.015  # m: before the network is asked, a point that is so much higher than another one counts e times less
+HEIGHT_SOFTMAX_SCALE_M = 0.015  # m: before the network is asked, a point that is so much higher than another one counts e times less
 _HEIGHTS = Constant([ANKLE_HEIGHT, 0.02] * 2)  # of ankles and toe joints above the ground under a flat foot [m]
 _MOST = 40.0  # of a logit, whose exponential is still a finite number in single precision
 
 
-def support_paths(spec: RootSpec, features: Array, logits: Array) -> Array:
+def stance_paths(spec: RootSpec, features: Array, logits: Array) -> Array:
     """Return the mini-trajectories (B, W, 3) [m] of pelvises that move about the points that carry them.
 
     Args:
@@ -21,11 +21,11 @@ def support_paths(spec: RootSpec, features: Array, logits: Array) -> Array:
         features: Raw features of windows, shape (B, W, F).
         logits: Of each point at each step, added to what its height tells, shape (B, W, 4).
     """
-    xp = namespace(features)
-    points = features.reshape(*features.shape[:2], -1, 3)[:, :, [spec.bodies.index(body) for body in POINTS]]
+    xp = array_namespace(features)
+    points = features.reshape(*features.shape[:2], -1, 3)[:, :, [spec.bodies.index(body) for body in STANCE_BODIES]]
     heights = (points[..., 2] - _HEIGHTS.like(features)).mean(1)
     lowest = xp.amin(heights, -1)[:, None]
-    weights = xp.exp(xp.clip(logits - ((heights - lowest) / SHARPNESS)[:, None], -_MOST, _MOST))
+    weights = xp.exp(xp.clip(logits - ((heights - lowest) / HEIGHT_SOFTMAX_SCALE_M)[:, None], -_MOST, _MOST))
     weights = weights / weights.sum(-1)[..., None]
     after = 2.0 * points[:, -1:] - points[:, -2:-1]  # the last target lies one frame beyond the window
     moved = xp.concat([points[:, 1:], after], 1) - points[:, :1]

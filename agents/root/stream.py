@@ -5,16 +5,16 @@ from collections import deque
 import numpy as np
 
 from agents.root.model import RootModel
-from agents.root.numpy_inference import window_predictor
+from agents.root.numpy_inference import make_window_predictor
 from agents.root.path import FULL_ORDER, check_length
-from agents.root.reconstruct import standing_root
+from agents.root.reconstruct import initial_root_position
 from agents.root.stream_filters import StreamFilters
-from agents.root.streaming_path import FirstSteps, Known, MeanSteps
+from agents.root.streaming_path import StepsAndHeights, StreamingFirstSteps, StreamingMeanSteps
 from configs.errors import InputError
-from datasets.imu.root_features import RATE, face_forward
+from datasets.imu.root_features import ROOT_RATE_HZ, to_heading_frame
 from datasets.imu.sensor_model import SENSOR_BODIES
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import BODY_COUNT, NAMES
+from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES
 from datasets.motion.pose_points import PosePoints, pose_points
 from datasets.motion.rotation import heading
 
@@ -37,7 +37,7 @@ class RootStream:
             order: w of F_w (thesis eq. 3.12); has no effect on planar models.
             filtered: Whether the path goes through the filters of ``reconstruct_root``.
         """
-        self._spec, self._predict = model.spec, window_predictor(model)
+        self._spec, self._predict = model.spec, make_window_predictor(model)
         self._order, self._filtered = order, filtered
         self._start_over()
 
@@ -67,7 +67,7 @@ class RootStream:
         self._count += 1
         self._see(pose, rotations, measured)
         if self._count >= self._spec.window:
-            self._vote()
+            self._predict_window()
         return self._next_position() if self._count > self.delay else None
 
     def finish(self) -> np.ndarray:
@@ -77,8 +77,8 @@ class RootStream:
             InputError: If fewer frames came than a window has; more may come.
         """
         check_length(self._spec, self._count)
-        self._know(self._votes.rest())
-        self._filters.end()
+        self._know(self._aggregator.rest())
+        self._filters.end_accelerations()
         rest = np.stack([self._next_position() for _ in range(self.delay)])
         self._start_over()
         return rest
@@ -89,7 +89,7 @@ class RootStream:
         self._count = 0
         self._vectors = np.zeros((window, len(self._spec.bodies), 3), dtype=np.float32)  # joints and accelerations of the last frames
         self._headings = np.zeros(window, dtype=np.float32)
-        self._votes = FirstSteps(self._order) if self._spec.steps_ahead else MeanSteps(self._spec)
+        self._aggregator = StreamingFirstSteps(self._order) if self._spec.predicts_steps_ahead else StreamingMeanSteps(self._spec)
         self._steps = deque([np.zeros(3)])  # into the frames whose positions are due, as far as known; into the first there is none
         self._heights: deque[float] = deque()  # of these frames
         self._poses: deque[PosePoints] = deque()
@@ -99,7 +99,7 @@ class RootStream:
 
     def _begin(self, pose: PosePoints, rotations: np.ndarray, measured: bool) -> None:
         """Put the first frame on the ground."""
-        self._point = standing_root(BodyMotion(np.zeros((1, 3)), rotations[None], RATE, "stream"))
+        self._point = initial_root_position(BodyMotion(np.zeros((1, 3)), rotations[None], ROOT_RATE_HZ, "stream"))
         self._first_centre, self._measured = pose.centre, measured
 
     def _check_presence(self, measured: bool, frame: str) -> None:
@@ -114,25 +114,25 @@ class RootStream:
 
     def _see(self, pose: PosePoints, rotations: np.ndarray, measured: np.ndarray | None) -> None:
         """Move the window on by a frame."""
-        vectors = pose.joints if self._spec.steps_ahead else pose.joints[1:]
+        vectors = pose.joints if self._spec.predicts_steps_ahead else pose.joints[1:]
         if measured is not None:
             if self._spec.accelerations:
                 vectors = np.concat([vectors, measured])
-            if self._spec.steps_ahead:
-                self._filters.feel(measured)
+            if self._spec.predicts_steps_ahead:
+                self._filters.push_accelerations(measured)
         self._vectors = np.concat([self._vectors[1:], vectors[None]], dtype=np.float32)
         self._headings = np.append(self._headings[1:], heading(rotations[0]).astype(np.float32))
         self._poses.append(pose)
 
-    def _vote(self) -> None:
+    def _predict_window(self) -> None:
         """Hear the window that the last frame has completed."""
-        axes = face_forward(np.eye(3)[None], self._headings[:1])[0]  # rows: where the world's axes are from the window's first frame
+        axes = to_heading_frame(np.eye(3)[None], self._headings[:1])[0]  # rows: where the world's axes are from the window's first frame
         turned = (self._vectors.reshape(-1, 3) @ axes.astype(np.float32)).reshape(self._spec.window, -1)
         features = np.zeros((self._spec.window, self._spec.features), dtype=np.float32)
         features[:, : turned.shape[1]] = turned
-        self._know(self._votes.add(self._predict(features) @ axes.T))
+        self._know(self._aggregator.add(self._predict(features) @ axes.T))
 
-    def _know(self, known: Known) -> None:
+    def _know(self, known: StepsAndHeights) -> None:
         """Keep steps and heights for the frames they belong to."""
         self._steps.extend(known[0])
         self._heights.extend(known[1])
@@ -146,7 +146,7 @@ class RootStream:
             position -= pose.centre - self._first_centre
         if self._heights:
             position[2] = self._heights.popleft() - (pose.centre[2] if self._spec.target == "com" else 0.0)
-        return self._filters.follow(position, pose) if self._filtered else position
+        return self._filters.filter_position(position, pose) if self._filtered else position
 
 
 def _checked_rotations(local_rotations: np.ndarray, frame: str) -> np.ndarray:
@@ -156,7 +156,9 @@ def _checked_rotations(local_rotations: np.ndarray, frame: str) -> np.ndarray:
         raise InputError(f"{frame}: rotations have shape {rotations.shape}, should be ({BODY_COUNT}, 4)")
     good = abs(np.einsum("bc,bc->b", rotations, rotations) - 1.0) < _UNIT
     if not good.all():
-        raise InputError(f"{frame}: rotation of {NAMES[good.argmin()]} is {rotations[good.argmin()]}, should be a quaternion of length 1")
+        raise InputError(
+            f"{frame}: rotation of {BODY_NAMES[good.argmin()]} is {rotations[good.argmin()]}, should be a quaternion of length 1"
+        )
     return rotations
 
 
@@ -167,6 +169,6 @@ def _checked_accelerations(accelerations: np.ndarray, frame: str) -> np.ndarray:
         raise InputError(f"{frame}: accelerations have shape {measured.shape}, should be ({len(SENSOR_BODIES)}, 3)")
     good = np.isfinite(measured)
     if not good.all():
-        body = NAMES[SENSOR_BODIES[good.all(axis=1).argmin()]]
+        body = BODY_NAMES[SENSOR_BODIES[good.all(axis=1).argmin()]]
         raise InputError(f"{frame}: acceleration of {body} is not a finite number; repeat the last one or cut the gap")
     return measured

@@ -5,30 +5,30 @@ W frames of a window, which starts one frame after the one before. Paths and ste
 
 import numpy as np
 
-from agents.root.path import last_steps, weighted_step
+from agents.root.path import final_window_steps, weighted_step
 from agents.root.spec import RootSpec
 
-Known = tuple[np.ndarray, np.ndarray]  # steps (n, 3) and heights (m,) [m] that go on where those before ended
+StepsAndHeights = tuple[np.ndarray, np.ndarray]  # steps (n, 3) and heights (m,) [m] that go on where those before ended
 
 
-class FirstSteps:
+class StreamingFirstSteps:
     """Of Root3D, whose windows say how the root steps from their first frame."""
 
     def __init__(self, order: int) -> None:
         """Prepare for F_w of an ``order`` w."""
         self._order, self._last = order, np.zeros((0, 3))
 
-    def add(self, path: np.ndarray) -> Known:
+    def add(self, path: np.ndarray) -> StepsAndHeights:
         """Return what a window's path (W, 3) [m] makes known."""
         self._last = path
         return weighted_step(path, self._order)[None], np.zeros(0)
 
-    def rest(self) -> Known:
+    def rest(self) -> StepsAndHeights:
         """Return what the last window says of the steps from which no window starts."""
-        return last_steps(self._last), np.zeros(0)
+        return final_window_steps(self._last), np.zeros(0)
 
 
-class MeanSteps:
+class StreamingMeanSteps:
     """Of the planar models, whose windows all have a say in the steps that they see, and perhaps in heights."""
 
     def __init__(self, spec: RootSpec) -> None:
@@ -36,15 +36,15 @@ class MeanSteps:
         self._absolute = spec.vertical == "height"
         self._steps, self._heights = _Mean(spec.window - 1, 3), _Mean(spec.window, 1)
 
-    def add(self, path: np.ndarray) -> Known:
+    def add(self, path: np.ndarray) -> StepsAndHeights:
         """Return what a window's path (W, 3) [m] makes known."""
         return self._known(self._steps.add(np.diff(path, axis=0)), self._heights.add(path[:, 2:]))
 
-    def rest(self) -> Known:
+    def rest(self) -> StepsAndHeights:
         """Return the means for what comes after the last window's first frame."""
         return self._known(self._steps.rest(), self._heights.rest())
 
-    def _known(self, steps: np.ndarray, heights: np.ndarray) -> Known:
+    def _known(self, steps: np.ndarray, heights: np.ndarray) -> StepsAndHeights:
         return steps, heights[:, 0] if self._absolute else np.zeros(0)
 
 

@@ -8,7 +8,7 @@ import torch
 from torch.nn import functional
 
 from agents.root.spec import RootSpec
-from datasets.imu.root_features import RootFrames, face_forward
+from datasets.imu.root_features import RootFrames, to_heading_frame
 
 
 def window_features(spec: RootSpec, frames: RootFrames, starts: torch.Tensor) -> torch.Tensor:
@@ -21,11 +21,11 @@ def window_features(spec: RootSpec, frames: RootFrames, starts: torch.Tensor) ->
     """
     rows = starts[:, None] + torch.arange(spec.window)
     joints = frames.joints[rows]
-    if not spec.steps_ahead:
-        turned = face_forward(joints[:, :, 1:], frames.heading[starts]).flatten(2)
+    if not spec.predicts_steps_ahead:
+        turned = to_heading_frame(joints[:, :, 1:], frames.heading[starts]).flatten(2)
         return functional.pad(turned, (0, spec.features - turned.shape[-1]))
     vectors = torch.cat([joints, frames.accelerations[rows]], 2) if spec.accelerations else joints
-    return face_forward(vectors, frames.heading[starts]).flatten(2)
+    return to_heading_frame(vectors, frames.heading[starts]).flatten(2)
 
 
 def window_targets(spec: RootSpec, frames: RootFrames, starts: torch.Tensor) -> torch.Tensor:
@@ -36,9 +36,9 @@ def window_targets(spec: RootSpec, frames: RootFrames, starts: torch.Tensor) -> 
     a window of "root3d" needs one frame more than it has.
     """
     path = frames.com if spec.target == "com" else frames.root
-    rows = starts[:, None] + torch.arange(spec.window) + int(spec.steps_ahead)
+    rows = starts[:, None] + torch.arange(spec.window) + int(spec.predicts_steps_ahead)
     steps = path[rows] - path[starts][:, None]
-    turned = face_forward(steps, frames.heading[starts])
+    turned = to_heading_frame(steps, frames.heading[starts])
     if spec.vertical == "height":
         turned[..., 2] = path[rows][..., 2]
     return turned

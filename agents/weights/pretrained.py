@@ -3,15 +3,15 @@
 from functools import cache
 
 from agents.root.model import RootModel
-from configs.source_code import ROOT
+from configs.source_code import PROJECT_ROOT
 
-WEIGHTS = ROOT / "agents" / "weights"
-SHIPPED_POLICY = WEIGHTS / "mimic.safetensors"
-SHIPPED_LOBSTR = WEIGHTS / "lobstr.safetensors"
+WEIGHTS_FOLDER = PROJECT_ROOT / "agents" / "weights"
+PRETRAINED_POLICY = WEIGHTS_FOLDER / "mimic.safetensors"
+PRETRAINED_LOBSTR = WEIGHTS_FOLDER / "lobstr.safetensors"
 
 
 @cache
-def shipped_root_model(name: str) -> RootModel:
+def load_pretrained_root(name: str) -> RootModel:
     """Return a trained root model of the package.
 
     Args:
@@ -20,4 +20,4 @@ def shipped_root_model(name: str) -> RootModel:
     Raises:
         InputError: If the package holds no such model.
     """
-    return RootModel.load(WEIGHTS / f"{name}.safetensors")[0]
+    return RootModel.load(WEIGHTS_FOLDER / f"{name}.safetensors")[0]

@@ -7,23 +7,23 @@ import numpy as np
 
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_COUNT, SKELETON
-from datasets.motion.kinematics import SAME_LEVEL, sole_points, support_steps
+from datasets.motion.kinematics import MAX_LEVEL_DIFFERENCE_M, sole_points, support_steps
 from datasets.motion.skeleton import forward_kinematics
 
 # Measured on simulated suits, with a root that errs by 1 cm/s of bias, 3 cm/s of wandering and 3 % of the way: here walks of cmu/train
 # end up about as near to the truth as without the filter, and skate at 25 instead of 32 cm/s. With 0.3 and 0.6 m/s and 5 cm it is
 # 17 cm/s, but a suit's legs are followed while they are wrong, and ``e_mse`` doubles. Without ``STILL`` such legs make stairs up to
 # 15 % too high or too low.
-START = 0.2  # m/s, of the point a foot stands on, under which it is held
-STOP = 0.4  # m/s, above which it is let go
-STILL = 0.1  # m/s, under which a held foot is believed to keep its height, at twice that speed not at all; and the scale of trust
-SLIP = 0.04  # m, that a held foot would have slipped without the filter, beyond which it is let go
-SLIP_SECONDS = 0.5  # s, within which slips are forgotten, so that a slowly drifting root never tears a standing foot off
-SMOOTHING = 0.03  # s, over which speeds are averaged, so that the jitter of one frame decides nothing
-GRIP_SECONDS = 0.05  # s, until a hold takes full effect
-SETTLE_SECONDS = 0.1  # s, that a foot must be slow for before it stands on a level that is new
-TRUST_SECONDS = 1.0  # s of standing after which a new level is a known one
-LEVEL_SECONDS = 0.3  # s, within which the root is brought to where its held feet are on their known levels
+STANCE_ENTER_SPEED_M_S = 0.2  # m/s, of the point a foot stands on, under which it is held
+STANCE_EXIT_SPEED_M_S = 0.4  # m/s, above which it is let go
+STILL_SPEED_M_S = 0.1  # m/s, under which a held foot is believed to keep its height, at twice that speed not at all; and the scale of trust
+MAX_SLIP_M = 0.04  # m, that a held foot would have slipped without the filter, beyond which it is let go
+SLIP_DECAY_S = 0.5  # s, within which slips are forgotten, so that a slowly drifting root never tears a standing foot off
+SPEED_SMOOTHING_S = 0.03  # s, over which speeds are averaged, so that the jitter of one frame decides nothing
+HOLD_RAMP_S = 0.05  # s, until a hold takes full effect
+NEW_LEVEL_SETTLE_S = 0.1  # s, that a foot must be slow for before it stands on a level that is new
+NEW_LEVEL_TRUST_S = 1.0  # s of standing after which a new level is a known one
+LEVEL_CORRECTION_S = 0.3  # s, within which the root is brought to where its held feet are on their known levels
 
 
 @dataclass(slots=True)
@@ -61,14 +61,14 @@ class _Foot:
         self.remembered = level if known else self.remembered
 
 
-class AntiSkate:
+class StanceRootFilter:
     """The filter of one figure, one frame at a time.
 
     A foot that is slow under the root that is asked for is held: horizontally the root takes over the movement that keeps it
     where it is; of two that are held the slower one counts for more. It also keeps its height, if it is slow enough to be believed;
     and the root is gradually brought to where held feet are on the levels they are known to stand on. So level ground stays level,
     while a foot that comes to rest on none of those has found a stair, whose height is then what root and leg say. (So a ramp, which
-    is climbed by less than ``SAME_LEVEL`` a step, becomes level ground.)
+    is climbed by less than ``MAX_LEVEL_DIFFERENCE_M`` a step, becomes level ground.)
 
     Source: thesis 3.5.2, "sets foot velocities to zero when they fall under a small threshold".
     """
@@ -82,9 +82,13 @@ class AntiSkate:
             soles: Sole points of the first frame relative to the root, in the world's axes [m], shape (2, 3, 3).
         """
         self._dt = 1.0 / fps
-        self._smooth, self._pull = 1.0 - exp(-self._dt / SMOOTHING), 1.0 - exp(-self._dt / LEVEL_SECONDS)
-        self._forget, self._tighten = exp(-self._dt / SLIP_SECONDS), self._dt / GRIP_SECONDS
-        self._start, self._stop, self._still = START * self._dt, STOP * self._dt, STILL * self._dt
+        self._smooth, self._pull = 1.0 - exp(-self._dt / SPEED_SMOOTHING_S), 1.0 - exp(-self._dt / LEVEL_CORRECTION_S)
+        self._forget, self._tighten = exp(-self._dt / SLIP_DECAY_S), self._dt / HOLD_RAMP_S
+        self._start, self._stop, self._still = (
+            STANCE_ENTER_SPEED_M_S * self._dt,
+            STANCE_EXIT_SPEED_M_S * self._dt,
+            STILL_SPEED_M_S * self._dt,
+        )
         self._root = float(root[0]), float(root[1]), float(root[2])
         self._soles = np.array(soles, dtype=float)
         self._feet = (_Foot(), _Foot())
@@ -98,15 +102,15 @@ class AntiSkate:
         """
         pair = np.stack([self._soles, soles])
         self._soles = pair[1]
-        return np.array(self._follow(np.asarray(displacement, dtype=float).tolist(), _supports(pair)[0].tolist()))
+        return np.array(self._next_root_position(np.asarray(displacement, dtype=float).tolist(), _supports(pair)[0].tolist()))
 
-    def _follow(self, asked: list[float], supports: list[list[float]]) -> tuple[float, float, float]:
+    def _next_root_position(self, asked: list[float], supports: list[list[float]]) -> tuple[float, float, float]:
         """Return the root's position in the next frame, from one row of ``_supports``."""
         x, y, z = self._root[0] + asked[0], self._root[1] + asked[1], self._root[2] + asked[2]
         left, right = self._feet
         for foot, other, (sx, sy, sz, low) in ((left, right, supports[0]), (right, left, supports[1])):
             foot.moved = asked[0] + sx, asked[1] + sy, asked[2] + sz
-            self._judge(foot, other, z + low)
+            self._update_hold(foot, other, z + low)
         weights = [foot.grip / (1.0 + (foot.speed / self._still) ** 2) for foot in self._feet]
         grip, lift = max(left.grip, right.grip) / max(sum(weights), 1e-12), 0.0
         for foot, weight, (_, _, _, low) in zip(self._feet, weights, supports, strict=True):
@@ -123,25 +127,25 @@ class AntiSkate:
         self._root = x, y, z + lift
         return self._root
 
-    def _judge(self, foot: _Foot, other: _Foot, height: float) -> None:
+    def _update_hold(self, foot: _Foot, other: _Foot, height: float) -> None:
         """Decide whether a foot is held whose lowest point would be at ``height`` [m]."""
-        self._watch(foot)
-        if foot.held and (foot.speed > self._stop or sqrt(sum(slip * slip for slip in foot.slip)) > SLIP):
+        self._update_slip(foot)
+        if foot.held and (foot.speed > self._stop or sqrt(sum(slip * slip for slip in foot.slip)) > MAX_SLIP_M):
             foot.held, foot.grip, foot.seconds = False, 0.0, 0.0
         elif foot.held:
             foot.grip = min(1.0, foot.grip + self._tighten)
             foot.seconds += self._dt
-            if foot.seconds > TRUST_SECONDS:
+            if foot.seconds > NEW_LEVEL_TRUST_S:
                 foot.known, foot.remembered = True, foot.level
         elif foot.speed < self._start:
             foot.seconds += self._dt
             level = _nearest_level(foot, other, height)
-            if level is not None or foot.seconds >= SETTLE_SECONDS:
+            if level is not None or foot.seconds >= NEW_LEVEL_SETTLE_S:
                 foot.stand(height if level is None else level, known=level is not None or foot.remembered is None)
         else:
             foot.seconds = 0.0
 
-    def _watch(self, foot: _Foot) -> None:
+    def _update_slip(self, foot: _Foot) -> None:
         """Update the smoothed velocity of a foot under the root that is asked for, and how far it would have slipped of late."""
         (mx, my, mz), (vx, vy, vz), (x, y, z) = foot.moved, foot.velocity, foot.slip
         share, keep = self._smooth, self._forget
@@ -150,16 +154,16 @@ class AntiSkate:
         foot.slip = keep * x + mx, keep * y + my, keep * z + mz
 
 
-def hold_feet(motion: BodyMotion) -> BodyMotion:
-    """Return a clip whose root has gone through ``AntiSkate`` frame by frame; its first frame and its pose stay.
+def apply_stance_root_filter(motion: BodyMotion) -> BodyMotion:
+    """Return a clip whose root has gone through ``StanceRootFilter`` frame by frame; its first frame and its pose stay.
 
     Args:
         motion: Clip whose root moves as a network says.
     """
     soles = relative_soles(motion.local_rotations)
-    figure = AntiSkate(motion.fps, motion.root_position[0], soles[0])
+    figure = StanceRootFilter(motion.fps, motion.root_position[0], soles[0])
     asked, supports = np.diff(motion.root_position, axis=0).tolist(), _supports(soles).tolist()
-    path = [figure._follow(displacement, support) for displacement, support in zip(asked, supports, strict=True)]
+    path = [figure._next_root_position(displacement, support) for displacement, support in zip(asked, supports, strict=True)]
     return replace(motion, root_position=np.array([motion.root_position[0].tolist(), *path]))
 
 
@@ -176,7 +180,7 @@ def relative_soles(local_rotations: np.ndarray) -> np.ndarray:
 def _nearest_level(foot: _Foot, other: _Foot, height: float) -> float | None:
     """Return the known level, or the other foot's, that a foot at ``height`` [m] comes to stand on; None for a new one."""
     levels = (foot.remembered, foot.level, other.level if other.held else None)
-    near = [(abs(level - height), level) for level in levels if level is not None and abs(level - height) < SAME_LEVEL]
+    near = [(abs(level - height), level) for level in levels if level is not None and abs(level - height) < MAX_LEVEL_DIFFERENCE_M]
     return min(near)[1] if near else None
 
 

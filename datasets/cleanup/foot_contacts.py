@@ -9,15 +9,15 @@ from datasets.motion.kinematics import body_poses, linear_velocity, sole_points
 # Measured on 21 synthetic clips whose plants are known: precision and recall 0.95 and 1.00 on the clean ones, 0.94 and 0.81 on
 # what a simulated suit makes of them; in the walks of cmu/train no foot is said to stand in 4 % of the frames. At 0.3 m/s, or with
 # velocities that are not smoothed, that share is twice as large; at 0.5 m/s feet that leave the ground count for longer.
-SPEED = 0.4  # m/s, of a sole point that stands
-SMOOTHING = 1.0 / 15.0  # s, over which velocities are averaged
-NEAR = 0.02  # m, above the foot's lowest sole point, within which another one may be what it stands on
-HEIGHT = 0.06  # m, above its lowest place in a slow span, or above the other foot, within which a foot stands
-SHORTEST = 0.05  # s: 5 frames of the thesis's 100 Hz; a shorter contact is none
-GAP = 0.15  # s: 15 frames of the thesis's 100 Hz; a shorter gap in a contact is none
+MAX_CONTACT_SPEED_M_S = 0.4  # m/s, of a sole point that stands
+VELOCITY_SMOOTHING_S = 1.0 / 15.0  # s, over which velocities are averaged
+SUPPORT_POINT_MARGIN_M = 0.02  # m, above the foot's lowest sole point, within which another one may be what it stands on
+MAX_CONTACT_HEIGHT_M = 0.06  # m, above its lowest place in a slow span, or above the other foot, within which a foot stands
+MIN_CONTACT_S = 0.05  # s: 5 frames of the thesis's 100 Hz; a shorter contact is none
+MIN_CONTACT_GAP_S = 0.15  # s: 15 frames of the thesis's 100 Hz; a shorter gap in a contact is none
 
 
-def foot_contacts(motion: BodyMotion) -> np.ndarray:
+def detect_foot_contacts(motion: BodyMotion) -> np.ndarray:
     """Return when the left and the right foot stand (T, 2).
 
     A foot may stand while one of its lowest sole points is slow. It does where in the same slow span it is the lower foot at
@@ -27,21 +27,21 @@ def foot_contacts(motion: BodyMotion) -> np.ndarray:
     Args:
         motion: Clip whose root moves; floating or sinking as a whole does no harm.
 
-    Source: thesis 2.5 after Lee et al. 2002: positions and velocities against thresholds, then ``clean_labels``.
+    Source: thesis 2.5 after Lee et al. 2002: positions and velocities against thresholds, then ``debounce_labels``.
     """
     points = sole_points(*body_poses(motion))
     velocities = linear_velocity(points, motion.fps)
-    smooth = uniform_filter1d(velocities, 2 * round(0.5 * SMOOTHING * motion.fps) + 1, axis=0, mode="nearest")
+    smooth = uniform_filter1d(velocities, 2 * round(0.5 * VELOCITY_SMOOTHING_S * motion.fps) + 1, axis=0, mode="nearest")
     speeds = np.linalg.norm(smooth, axis=-1)
     heights = points[..., 2].min(axis=-1)
-    slow = np.where(points[..., 2] < heights[..., None] + NEAR, speeds, np.inf).min(axis=-1) < SPEED
+    slow = np.where(points[..., 2] < heights[..., None] + SUPPORT_POINT_MARGIN_M, speeds, np.inf).min(axis=-1) < MAX_CONTACT_SPEED_M_S
     above = heights - heights.min(axis=1, keepdims=True)
     labels = np.stack([_standing(slow[:, side], heights[:, side], above[:, side]) for side in (0, 1)], axis=1)
-    shortest, gap = (int(np.ceil(seconds * motion.fps - 1e-6)) for seconds in (SHORTEST, GAP))
-    return np.stack([clean_labels(labels[:, side], shortest, gap) for side in (0, 1)], axis=1)
+    shortest, gap = (int(np.ceil(seconds * motion.fps - 1e-6)) for seconds in (MIN_CONTACT_S, MIN_CONTACT_GAP_S))
+    return np.stack([debounce_labels(labels[:, side], shortest, gap) for side in (0, 1)], axis=1)
 
 
-def clean_labels(labels: np.ndarray, shortest: int, gap: int) -> np.ndarray:
+def debounce_labels(labels: np.ndarray, shortest: int, gap: int) -> np.ndarray:
     """Return contact labels without flicker: first short contacts are removed, then short gaps between the rest are filled.
 
     Args:
@@ -52,16 +52,16 @@ def clean_labels(labels: np.ndarray, shortest: int, gap: int) -> np.ndarray:
     Source: thesis 2.5, with 5 and 15 frames.
     """
     cleaned = np.array(labels, dtype=bool)
-    for start, stop in spans(cleaned):
+    for start, stop in true_spans(cleaned):
         if stop - start < shortest and start > 0 and stop < len(cleaned):
             cleaned[start:stop] = False
-    for start, stop in spans(~cleaned):
+    for start, stop in true_spans(~cleaned):
         if stop - start < gap and start > 0 and stop < len(cleaned):
             cleaned[start:stop] = True
     return cleaned
 
 
-def spans(labels: np.ndarray) -> np.ndarray:
+def true_spans(labels: np.ndarray) -> np.ndarray:
     """Return where runs of true labels (T,) start and stop (exclusive), shape (spans, 2)."""
     edges = np.flatnonzero(np.diff(np.concat([[False], labels, [False]]).astype(np.int8)))
     return edges.reshape(-1, 2)
@@ -76,10 +76,10 @@ def _standing(slow: np.ndarray, heights: np.ndarray, above: np.ndarray) -> np.nd
         above: The same above the lower of both feet [m], shape (T,).
     """
     standing = np.zeros_like(slow)
-    for start, stop in spans(slow):
-        lower = above[start:stop] < HEIGHT
+    for start, stop in true_spans(slow):
+        lower = above[start:stop] < MAX_CONTACT_HEIGHT_M
         here = heights[start:stop]
         falls = start > 0 and stop < len(slow) and heights[start - 1] < here[0] and heights[stop] < here[-1]  # the top of a jump
         if lower.any() and not falls:
-            standing[start:stop] = here < here[lower].min() + HEIGHT
+            standing[start:stop] = here < here[lower].min() + MAX_CONTACT_HEIGHT_M
     return standing

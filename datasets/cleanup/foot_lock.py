@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from datasets.cleanup.foot_contacts import foot_contacts, spans
-from datasets.ik.leg_ik import SHIN, THIGH, leg_ik
-from datasets.ik.two_bone_ik import within_reach
+from datasets.cleanup.foot_contacts import detect_foot_contacts, true_spans
+from datasets.ik.leg_ik import SHIN_LENGTH_M, THIGH_LENGTH_M, leg_ik
+from datasets.ik.two_bone_ik import limit_reach
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import FEET, NAMES
-from datasets.motion.kinematics import SAME_LEVEL, body_poses, continuous, sole_points, support_steps
-from datasets.motion.rotation import about_axis, conjugate, cross, multiply, rotate
+from datasets.motion.humanoid import BODY_NAMES, FOOT_AND_TOE_BODIES
+from datasets.motion.kinematics import MAX_LEVEL_DIFFERENCE_M, align_quaternion_signs, body_poses, sole_points, support_steps
+from datasets.motion.rotation import conjugate, cross, from_axis_angle, multiply, rotate
 
-BLEND = 0.15  # s, within which a correction comes and goes: half of a brisk step's swing
+BLEND_S = 0.15  # s, within which a correction comes and goes: half of a brisk step's swing
 SLOPE_FRAMES = 3  # over which the speed is averaged with which a correction leaves its contact
 _Y = np.array([0.0, 1.0, 0.0])
 _NO_TURN, _HALF_TURN = np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 1.0])  # about the leg
@@ -31,17 +31,17 @@ def lock_feet(motion: BodyMotion, contacts: np.ndarray | None = None) -> BodyMot
 
     Source: thesis 2.5: static targets, cubic Hermite blending, analytic two-joint inverse kinematics.
     """
-    contacts = foot_contacts(motion) if contacts is None else contacts
+    contacts = detect_foot_contacts(motion) if contacts is None else contacts
     positions, rotations = body_poses(motion)
     soles = sole_points(positions, rotations)
     local = motion.local_rotations.copy()
-    for side, (foot, _) in enumerate(FEET):
-        moved = correction(soles[:, side], contacts[:, side], motion.fps)
+    for side, (foot, _) in enumerate(FOOT_AND_TOE_BODIES):
+        moved = foot_lock_offsets(soles[:, side], contacts[:, side], motion.fps)
         _move_foot(local, positions, rotations, foot, positions[:, foot] + moved)
-    return replace(motion, local_rotations=continuous(local))
+    return replace(motion, local_rotations=align_quaternion_signs(local))
 
 
-def correction(soles: np.ndarray, contacts: np.ndarray, fps: float) -> np.ndarray:
+def foot_lock_offsets(soles: np.ndarray, contacts: np.ndarray, fps: float) -> np.ndarray:
     """Return by how much a foot is to be moved [m] (T, 3).
 
     Args:
@@ -49,7 +49,7 @@ def correction(soles: np.ndarray, contacts: np.ndarray, fps: float) -> np.ndarra
         contacts: When it stands, shape (T,).
         fps: Frames per second.
     """
-    total, found, longest = np.zeros((len(soles), 3)), spans(contacts), max(1, round(BLEND * fps))
+    total, found, longest = np.zeros((len(soles), 3)), true_spans(contacts), max(1, round(BLEND_S * fps))
     lasts, firsts = np.append(-1, found[:, 1] - 1)[:-1], np.append(found[:, 0], len(soles))[1:]  # of the neighbours, or the clip's ends
     for (start, stop), last, first in zip(found, lasts, firsts, strict=True):
         inside = _standing_still(soles[start:stop])
@@ -79,23 +79,23 @@ def _standing_still(soles: np.ndarray) -> np.ndarray:
     slid = np.concat([np.zeros((1, 3)), np.cumsum(support_steps(soles), axis=0)])
     correction = slid.mean(axis=0) - slid
     level = float(np.median(lowest))
-    correction[:, 2] = (0.0 if abs(level) < SAME_LEVEL else level) - lowest
+    correction[:, 2] = (0.0 if abs(level) < MAX_LEVEL_DIFFERENCE_M else level) - lowest
     return correction
 
 
 def _move_foot(local: np.ndarray, positions: np.ndarray, rotations: np.ndarray, foot: int, ankle: np.ndarray) -> None:
     """Write into ``local`` (T, 20, 4) a leg whose ankle is at ``ankle`` (T, 3) [m] and whose foot is turned as before."""
-    side = NAMES[foot][-1]
-    thigh, shin = NAMES.index(f"thigh_{side}"), NAMES.index(f"shin_{side}")
+    side = BODY_NAMES[foot][-1]
+    thigh, shin = BODY_NAMES.index(f"thigh_{side}"), BODY_NAMES.index(f"shin_{side}")
     hip = positions[:, thigh]
-    ankle = hip + within_reach(positions[:, foot] - hip, ankle - hip, THIGH + SHIN)
+    ankle = hip + limit_reach(positions[:, foot] - hip, ankle - hip, THIGH_LENGTH_M + SHIN_LENGTH_M)
     hinge = rotate(rotations[:, thigh], np.broadcast_to(_Y, hip.shape))
     folded = _flexion(local[:, shin]) < -0.5 * np.pi  # beyond a half turn, as only a suit believes: the knee's side is the other one
     forward = cross(hinge, hip - ankle)
     turned, flexion = leg_ik(hip, ankle, np.where(folded[:, None], -forward, forward))
     turned = multiply(turned, np.where(folded[:, None], _HALF_TURN, _NO_TURN))
     local[:, thigh] = multiply(conjugate(rotations[:, 0]), turned)
-    local[:, shin] = about_axis(_Y, np.where(folded, -flexion, flexion))
+    local[:, shin] = from_axis_angle(_Y, np.where(folded, -flexion, flexion))
     local[:, foot] = multiply(conjugate(multiply(turned, local[:, shin])), rotations[:, foot])
 
 

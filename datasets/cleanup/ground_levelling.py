@@ -5,36 +5,36 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from datasets.cleanup.foot_contacts import foot_contacts, spans
+from datasets.cleanup.foot_contacts import detect_foot_contacts, true_spans
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import FEET
-from datasets.motion.kinematics import body_poses, lowest_points
+from datasets.motion.humanoid import FOOT_AND_TOE_BODIES
+from datasets.motion.kinematics import body_poses, lowest_point_heights
 
-SECONDS = 0.15  # s, over which the ground's height is smoothed: a suit's legs differ by centimetres, and the figure must not hop
-HIGH = 0.08  # m, of the body's lowest point; whoever is higher is in the air
-LONGEST_JUMP = 1.2  # s
+GROUND_SMOOTHING_S = 0.15  # s, over which the ground's height is smoothed: a suit's legs differ by centimetres, and the figure must not hop
+AIRBORNE_HEIGHT_M = 0.08  # m, of the body's lowest point; whoever is higher is in the air
+MAX_JUMP_S = 1.2  # s
 
 
-def hovers(motion: BodyMotion) -> bool:
+def is_floating(motion: BodyMotion) -> bool:
     """Return whether somebody is in the air for longer than a jump, as suits let them that do not know the root."""
-    lowest = lowest_points(*body_poses(motion)).min(axis=1)
-    return bool(np.any(np.diff(spans(lowest > HIGH), axis=1) > LONGEST_JUMP * motion.fps))
+    lowest = lowest_point_heights(*body_poses(motion)).min(axis=1)
+    return bool(np.any(np.diff(true_spans(lowest > AIRBORNE_HEIGHT_M), axis=1) > MAX_JUMP_S * motion.fps))
 
 
-def level_ground(motion: BodyMotion) -> BodyMotion:
+def level_to_ground(motion: BodyMotion) -> BodyMotion:
     """Return a clip whose standing feet are on the ground at zero; in between the root keeps its rises and falls.
 
     Args:
         motion: Clip of level ground whose root may have drifted up or down. Where no foot ever stands only its lowest point is put on
             the ground.
     """
-    lowest = lowest_points(*body_poses(motion))
-    feet = np.stack([lowest[:, list(foot)].min(axis=1) for foot in FEET], axis=1)
-    stands = foot_contacts(motion)
+    lowest = lowest_point_heights(*body_poses(motion))
+    feet = np.stack([lowest[:, list(foot)].min(axis=1) for foot in FOOT_AND_TOE_BODIES], axis=1)
+    stands = detect_foot_contacts(motion)
     frames = np.flatnonzero(stands.any(axis=1))
     if len(frames):
         under = np.where(stands, feet, np.inf)[frames].min(axis=1)
-        ground = gaussian_filter1d(np.interp(np.arange(len(motion)), frames, under), SECONDS * motion.fps, mode="nearest")
+        ground = gaussian_filter1d(np.interp(np.arange(len(motion)), frames, under), GROUND_SMOOTHING_S * motion.fps, mode="nearest")
     else:
         ground = np.full(len(motion), lowest.min())
     return replace(motion, root_position=motion.root_position - ground[:, None] * np.array([0.0, 0.0, 1.0]))

@@ -4,23 +4,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from datasets.motion.humanoid import NAMES, SKELETON
+from datasets.motion.humanoid import BODY_NAMES, SKELETON
 from datasets.motion.rotation import cross, skew
-from datasets.motion.rotation_matrices import matrices, quaternions
+from datasets.motion.rotation_matrices import matrices_to_quaternions, quaternions_to_matrices
 
 RELEASE_FRAMES = 10
-FAR = 0.25  # m, from the held place to where the toe-base is wanted, beyond which it is released: that contact was none
+MAX_LOCK_DISTANCE_M = 0.25  # m, from the held place to where the toe-base is wanted, beyond which it is released: that contact was none
 _NEVER = RELEASE_FRAMES  # frames since a release that has no effect any more
 
-_LEGS = [[NAMES.index(f"{part}_{side}") for part in ("thigh", "shin", "foot")] for side in "lr"]
+_LEGS = [[BODY_NAMES.index(f"{part}_{side}") for part in ("thigh", "shin", "foot")] for side in "lr"]
 _HIPS = np.array([SKELETON.offsets[leg[0]] for leg in _LEGS])
-_KNEE, _ANKLE, _TOE = (SKELETON.offsets[NAMES.index(name)] for name in ("shin_l", "foot_l", "toe_l"))  # the same on the right
+_KNEE, _ANKLE, _TOE = (SKELETON.offsets[BODY_NAMES.index(name)] for name in ("shin_l", "foot_l", "toe_l"))  # the same on the right
 _THIGH_LENGTH, _SHIN_LENGTH = -float(_KNEE[2]), -float(_ANKLE[2])  # m
 
-_STEPS = 3  # leave 0.1 mm in 95 % of the frames, 0.7 mm in 99 %
+_IK_ITERATIONS = 3  # leave 0.1 mm in 95 % of the frames, 0.7 mm in 99 %
 _DAMPING = 0.02  # m
 # Squared, how readily thigh (about any axis), knee and ankle give way: the heel is lifted only where the leg is all but straight.
-_READINESS = np.array([1.0, 1.0, 1.0, 1.0, 0.1])
+_JOINT_COMPLIANCE = np.array([1.0, 1.0, 1.0, 1.0, 0.1])
 _MOST_FLEXION = np.radians(150.0)
 
 
@@ -33,7 +33,7 @@ class _Leg(NamedTuple):
     foot: np.ndarray
 
 
-class ContactHold:
+class LiveFootLock:
     """Holds the toe-bases of several users, each in a row of its own.
 
     At the moment when contact begins a toe-base's place becomes its target, and Jacobian inverse kinematics keeps it there while
@@ -66,7 +66,7 @@ class ContactHold:
             Local rotations, shape (n, 20, 4), those of legs that stand or are just released changed: the thigh's, the knee's about its
             hinge, never backward, and the foot's. What is out of a leg's reach is approached as far as the leg goes.
         """
-        pelvis = matrices(local_rotations[:, None, 0])
+        pelvis = quaternions_to_matrices(local_rotations[:, None, 0])
         legs = _legs(root_position, pelvis, local_rotations)
         wanted = _toe(legs)
         target, active = self._targets(rows, wanted, contacts)
@@ -85,7 +85,7 @@ class ContactHold:
     def _targets(self, rows: np.ndarray, wanted: np.ndarray, contacts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return where toe-bases are to be [m] (n, 2, 3), and which are not simply where they are ``wanted`` (n, 2, 3)."""
         held, place, since = self._held[rows], self._place[rows], np.minimum(self._since[rows] + 1, _NEVER)
-        released = held & (~contacts | (np.sum((wanted - place) ** 2, axis=-1) > FAR**2))
+        released = held & (~contacts | (np.sum((wanted - place) ** 2, axis=-1) > MAX_LOCK_DISTANCE_M**2))
         since[released] = 1
         place[released] = self._toe[rows][released]
         held &= ~released
@@ -104,7 +104,7 @@ def _legs(root_position: np.ndarray, pelvis: np.ndarray, local_rotations: np.nda
     hip = root_position[:, None] + _HIPS @ np.swapaxes(pelvis[:, 0], -1, -2)
     turned = local_rotations[:, _LEGS]
     flexion = 2.0 * np.arctan2(turned[..., 1, 2], turned[..., 1, 0])
-    joints = matrices(turned)
+    joints = quaternions_to_matrices(turned)
     thigh = pelvis @ joints[..., 0, :, :]
     return _Leg(hip, thigh, (flexion + np.pi) % (2.0 * np.pi) - np.pi, thigh @ joints[..., 1, :, :] @ joints[..., 2, :, :])
 
@@ -125,12 +125,12 @@ def _reach(leg: _Leg, target: np.ndarray) -> _Leg:
     turns = np.zeros((len(flexion), 3, 3))  # half of how thigh, knee and ankle turn, about their axes
     turns[:, 1, 1] = np.tan(0.5 * flexion)
     bent = _turned(turns[:, 1])
-    for _ in range(_STEPS):
+    for _ in range(_IK_ITERATIONS):
         from_knee, from_ankle = (thigh @ (bent @ _ANKLE)[:, :, None])[..., 0], foot @ _TOE
         from_hip = thigh @ _KNEE + from_knee
         aside = np.stack([cross(thigh[..., 1], from_knee), cross(foot[..., 1], from_ankle)], axis=-1)
         jacobian = np.concat([-skew(from_hip), aside], axis=-1)
-        ready = _READINESS * jacobian
+        ready = _JOINT_COMPLIANCE * jacobian
         damped = ready @ np.swapaxes(jacobian, -1, -2) + _DAMPING**2 * np.eye(3)
         missing = target - hip - from_hip - from_ankle
         step = (np.swapaxes(ready, -1, -2) @ np.linalg.solve(damped, missing[..., None]))[..., 0]
@@ -156,7 +156,7 @@ def _local(pelvis: np.ndarray, leg: _Leg) -> np.ndarray:
     below = np.stack([pelvis, shin], axis=-3)
     above = np.stack([leg.thigh, leg.foot], axis=-3)
     local = np.zeros((len(pelvis), 3, 4))
-    local[:, ::2] = quaternions(np.swapaxes(below, -1, -2) @ above)
+    local[:, ::2] = matrices_to_quaternions(np.swapaxes(below, -1, -2) @ above)
     local[:, 1, 0], local[:, 1, 2] = np.cos(0.5 * leg.flexion), np.sin(0.5 * leg.flexion)
     return local
 
@@ -164,7 +164,7 @@ def _local(pelvis: np.ndarray, leg: _Leg) -> np.ndarray:
 def _turned(v: np.ndarray) -> np.ndarray:
     """Return the rotation matrices (..., 3, 3) of vectors (..., 3) along the axes, as long as the tangents of half the angles."""
     q = np.concat([np.ones_like(v[..., :1]), v], axis=-1)
-    return matrices(q / np.sqrt(np.sum(q * q, axis=-1, keepdims=True)))
+    return quaternions_to_matrices(q / np.sqrt(np.sum(q * q, axis=-1, keepdims=True)))
 
 
 def _about_y(radians: np.ndarray) -> np.ndarray:

@@ -9,32 +9,34 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from datasets.cleanup.foot_contacts import clean_labels, spans
-from datasets.cleanup.support_levels import hanging, off_ground_level
+from datasets.cleanup.foot_contacts import debounce_labels, true_spans
+from datasets.cleanup.support_levels import detect_climbing, detect_hanging
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import HEAD, NAMES
-from datasets.motion.kinematics import body_poses, centre_of_mass, linear_velocity, lowest_points, sole_points
+from datasets.motion.humanoid import BODY_NAMES, HEAD_BODY
+from datasets.motion.kinematics import body_poses, centre_of_mass, linear_velocity, lowest_point_heights, sole_points
 
 # Measured on 656 real clips (dances, martial arts, jumps, runs, squats) and 221 of simulated suits: whoever is on their feet with a low
 # pelvis has the centre of mass this far beyond them for less than 0.75 s. On a chair it is 0.1 to 0.3 m behind, and so it is, for 0.9 s, in
 # two dances in which a partner lets the dancer down and draws her up again: nobody alone can be there, on a chair or not.
-LOW = 0.75  # m, of the pelvis above the lower sole; who stands upright has it at 0.94
-OVERHANG = 0.05  # m, of the centre of mass beyond the feet
-SLOW = 0.8  # m/s, of the centre of mass
-SMOOTHING = 0.5  # s, over which both are averaged
-SHORTEST = 0.75  # s
-ON_GROUND = 0.08  # m, of a body's lowest point above the whole figure's: it lies on something; the pelvis' is 0.16 in the deepest squat
-KNEE = 0.15  # m, of the knee's joint above the figure's lowest point: it is knelt on
-RISEN = 0.90  # m, of the pelvis above the lower sole: sitting down begins and getting up ends there
-RISING_SECONDS = 1.5  # s, for which that is waited
-MARGIN = 0.25  # s, before and after everything that is found
-GAP = 1.0  # s; a shorter return to the ground is none
-_TRUNK, _KNEES = [NAMES.index("spine"), NAMES.index("chest"), HEAD], [NAMES.index("shin_l"), NAMES.index("shin_r")]
+LOW_PELVIS_HEIGHT_M = 0.75  # m, of the pelvis above the lower sole; who stands upright has it at 0.94
+MIN_COM_OVERHANG_M = 0.05  # m, of the centre of mass beyond the feet
+MAX_COM_SPEED_M_S = 0.8  # m/s, of the centre of mass
+COM_SMOOTHING_S = 0.5  # s, over which both are averaged
+MIN_OFF_FEET_S = 0.75  # s
+RESTING_HEIGHT_M = (
+    0.08  # m, of a body's lowest point above the whole figure's: it lies on something; the pelvis' is 0.16 in the deepest squat
+)
+KNEELING_HEIGHT_M = 0.15  # m, of the knee's joint above the figure's lowest point: it is knelt on
+UPRIGHT_PELVIS_HEIGHT_M = 0.90  # m, of the pelvis above the lower sole: sitting down begins and getting up ends there
+MAX_RISING_S = 1.5  # s, for which that is waited
+SPAN_MARGIN_S = 0.25  # s, before and after everything that is found
+MIN_ON_FEET_S = 1.0  # s; a shorter return to the ground is none
+_TRUNK, _KNEES = [BODY_NAMES.index("spine"), BODY_NAMES.index("chest"), HEAD_BODY], [BODY_NAMES.index("shin_l"), BODY_NAMES.index("shin_r")]
 _AROUND = 2.0 * np.pi * np.arange(32) / 32
 _DIRECTIONS = np.stack([np.cos(_AROUND), np.sin(_AROUND)])
 
 
-class Span(NamedTuple):
+class OffFeetSpan(NamedTuple):
     """Frames from ``start`` up to ``stop`` that need more than level ground, and why, in words that follow "somebody"."""
 
     start: int
@@ -42,7 +44,7 @@ class Span(NamedTuple):
     reason: str
 
 
-def off_the_ground(motion: BodyMotion) -> list[Span]:
+def find_off_feet_spans(motion: BodyMotion) -> list[OffFeetSpan]:
     """Return where a clip needs more than feet on level ground, in order; no two spans touch.
 
     Sits or is held: the pelvis is on what is lowest, or it is low and the centre of mass stays behind, before or beside the feet, as on a
@@ -58,20 +60,20 @@ def off_the_ground(motion: BodyMotion) -> list[Span]:
         Spans with the way down and up again; those that meet are one, with both reasons.
     """
     positions, rotations = body_poses(motion)
-    lowest, soles = lowest_points(positions, rotations), sole_points(positions, rotations)
+    lowest, soles = lowest_point_heights(positions, rotations), sole_points(positions, rotations)
     bottom = lowest.min(axis=1)
     pelvis = positions[:, 0, 2] - soles[..., 2].min(axis=(1, 2))
-    seated = lowest[:, 0] - bottom < ON_GROUND
+    seated = lowest[:, 0] - bottom < RESTING_HEIGHT_M
     unsupported = seated | _unbalanced(pelvis, soles, centre_of_mass(positions, rotations), motion.fps)
     down = _lasting(unsupported, motion.fps)
-    knelt = down & ~seated & (positions[:, _KNEES, 2].min(axis=1) - bottom < KNEE)
-    lies = _lasting(lowest[:, _TRUNK].min(axis=1) - bottom < ON_GROUND, motion.fps)
+    knelt = down & ~seated & (positions[:, _KNEES, 2].min(axis=1) - bottom < KNEELING_HEIGHT_M)
+    lies = _lasting(lowest[:, _TRUNK].min(axis=1) - bottom < RESTING_HEIGHT_M, motion.fps)
     found = {
         "lies": lies,
         "kneels or crawls": knelt & ~lies,
         "sits or is held": down & ~knelt & ~lies,
-        "climbs": off_ground_level(motion),
-        "hangs or is carried": hanging(motion),
+        "climbs": detect_climbing(motion),
+        "hangs or is carried": detect_hanging(motion),
     }
     return _spans(found, _with_ways(down | lies, pelvis, motion.fps), motion.fps)
 
@@ -85,40 +87,40 @@ def _unbalanced(pelvis: np.ndarray, soles: np.ndarray, centre: np.ndarray, fps: 
         centre: Of mass [m], shape (T, 3).
         fps: Frames per second.
     """
-    window = 2 * round(0.5 * SMOOTHING * fps) + 1
+    window = 2 * round(0.5 * COM_SMOOTHING_S * fps) + 1
     # A point lies as far beyond a convex hull as beyond the hull's reach in that direction in which it is the farthest.
     reach = (soles.reshape(len(soles), -1, 3)[..., :2] @ _DIRECTIONS).max(axis=1)
     overhang = uniform_filter1d((centre[:, :2] @ _DIRECTIONS - reach).max(axis=1), window, mode="nearest")
     speed = np.linalg.norm(uniform_filter1d(linear_velocity(centre, fps), window, axis=0, mode="nearest"), axis=1)
-    return (pelvis < LOW) & (overhang > OVERHANG) & (speed < SLOW)
+    return (pelvis < LOW_PELVIS_HEIGHT_M) & (overhang > MIN_COM_OVERHANG_M) & (speed < MAX_COM_SPEED_M_S)
 
 
 def _lasting(labels: np.ndarray, fps: float) -> np.ndarray:
     """Return the labels (T,) without those that last less than ``SHORTEST``."""
     long = np.zeros_like(labels)
-    for start, stop in spans(labels):
-        long[start:stop] = stop - start >= SHORTEST * fps - 1e-6
+    for start, stop in true_spans(labels):
+        long[start:stop] = stop - start >= MIN_OFF_FEET_S * fps - 1e-6
     return long
 
 
 def _with_ways(labels: np.ndarray, pelvis: np.ndarray, fps: float) -> np.ndarray:
     """Return the labels (T,) spread to all of a time with a low pelvis [m] (T,), and on to where it has risen, if that is soon."""
     spread = labels.copy()
-    for start, stop in spans(pelvis < LOW):
+    for start, stop in true_spans(pelvis < LOW_PELVIS_HEIGHT_M):
         spread[start:stop] |= labels[start:stop].any()
-    ways, longest = spread.copy(), round(RISING_SECONDS * fps)
-    for start, stop in spans(pelvis < RISEN):
-        for begin, end in spans(spread[start:stop]) + start:
+    ways, longest = spread.copy(), round(MAX_RISING_S * fps)
+    for start, stop in true_spans(pelvis < UPRIGHT_PELVIS_HEIGHT_M):
+        for begin, end in true_spans(spread[start:stop]) + start:
             ways[max(start, begin - longest) : min(stop, end + longest)] = True
     return ways
 
 
-def _spans(found: dict[str, np.ndarray], ways: np.ndarray, fps: float) -> list[Span]:
+def _spans(found: dict[str, np.ndarray], ways: np.ndarray, fps: float) -> list[OffFeetSpan]:
     """Return spans of what was found, by reason (T,), with the ways there and back (T,) and margins; those that meet joined."""
-    margin, together = round(MARGIN * fps), np.zeros_like(ways)
-    for start, stop in spans(ways | np.any(list(found.values()), axis=0)):
+    margin, together = round(SPAN_MARGIN_S * fps), np.zeros_like(ways)
+    for start, stop in true_spans(ways | np.any(list(found.values()), axis=0)):
         together[max(0, start - margin) : stop + margin] = True
     return [
-        Span(int(start), int(stop), " and ".join(reason for reason, labels in found.items() if labels[start:stop].any()))
-        for start, stop in spans(clean_labels(together, 0, round(GAP * fps)))
+        OffFeetSpan(int(start), int(stop), " and ".join(reason for reason, labels in found.items() if labels[start:stop].any()))
+        for start, stop in true_spans(debounce_labels(together, 0, round(MIN_ON_FEET_S * fps)))
     ]

@@ -2,19 +2,19 @@
 
 import numpy as np
 
-from datasets.cleanup.foot_contacts import GAP, SHORTEST, clean_labels
-from datasets.cleanup.foot_lock import correction
+from datasets.cleanup.foot_contacts import MIN_CONTACT_GAP_S, MIN_CONTACT_S, debounce_labels
+from datasets.cleanup.foot_lock import foot_lock_offsets
 from datasets.motion.clip import BodyMotion, Motion
-from datasets.motion.humanoid import FEET, NAMES
-from datasets.motion.kinematics import body_poses, joint_poses, lowest_points, sole_points
-from datasets.retarget.pose_edits import put_ankles
-from datasets.retarget.retarget import Retargeted, retarget_again
+from datasets.motion.humanoid import BODY_NAMES, FOOT_AND_TOE_BODIES
+from datasets.motion.kinematics import body_poses, joint_poses, lowest_point_heights, sole_points
+from datasets.retarget.pose_edits import solve_leg_ik
+from datasets.retarget.retarget import Retargeted, retarget_with
 
-SINKS = 0.004  # m, that the 20 bodies' foot may sink where the performer's, with other bones, stands on the ground
-_ANKLES = [foot for foot, _ in FEET]
+MAX_SINK_M = 0.004  # m, that the 20 bodies' foot may sink where the performer's, with other bones, stands on the ground
+_ANKLES = [foot for foot, _ in FOOT_AND_TOE_BODIES]
 
 
-def plant_feet(motion: Motion, retargeted: Retargeted, contacts: np.ndarray, level: np.ndarray) -> Motion:
+def lock_performer_feet(motion: Motion, retargeted: Retargeted, contacts: np.ndarray, level: np.ndarray) -> Motion:
     """Return the clip with feet that keep still on the ground while they stand, and are not under it.
 
     A performer's sole is that of the 20 bodies, at the performer's own ankle.
@@ -28,10 +28,10 @@ def plant_feet(motion: Motion, retargeted: Retargeted, contacts: np.ndarray, lev
     Returns:
         Same root, same orientation of the feet, other thighs and knees. A foot out of a leg's reach stays short of its place.
     """
-    shortest, gap = (int(np.ceil(seconds * motion.fps - 1e-6)) for seconds in (SHORTEST, GAP))
+    shortest, gap = (int(np.ceil(seconds * motion.fps - 1e-6)) for seconds in (MIN_CONTACT_S, MIN_CONTACT_GAP_S))
     soles, sunk = _soles(motion, retargeted)
-    labels = [clean_labels(contacts[:, side], shortest, gap) for side in (0, 1)]
-    moved = np.stack([correction(soles[:, side], labels[side], motion.fps) for side in (0, 1)], axis=1)
+    labels = [debounce_labels(contacts[:, side], shortest, gap) for side in (0, 1)]
+    moved = np.stack([foot_lock_offsets(soles[:, side], labels[side], motion.fps) for side in (0, 1)], axis=1)
     lacking = np.maximum(sunk - moved[..., 2], 0.0)
     left = np.where(level[:, None], 0.0, lacking)
     moved[..., 2] += lacking - left
@@ -43,10 +43,10 @@ def plant_feet(motion: Motion, retargeted: Retargeted, contacts: np.ndarray, lev
 
 def _move_feet(motion: Motion, retargeted: Retargeted, moved: np.ndarray) -> Motion:
     """Return the clip with both ankles ``moved`` (T, 2, 3) [m, in the size of the 20 bodies]."""
-    joints, steps = joint_poses(motion)[0], retargeted.displacement(moved)
-    feet = [NAMES[ankle] for ankle in _ANKLES]
-    ankles = {foot: joints[:, retargeted.capture.roles[foot]] + steps[:, side] for side, foot in enumerate(feet)}
-    return put_ankles(motion, retargeted, ankles)
+    joints, steps = joint_poses(motion)[0], retargeted.to_performer_world(moved)
+    feet = [BODY_NAMES[ankle] for ankle in _ANKLES]
+    ankles = {foot: joints[:, retargeted.performer_clip.joint_map[foot]] + steps[:, side] for side, foot in enumerate(feet)}
+    return solve_leg_ik(motion, retargeted, ankles)
 
 
 def _soles(motion: Motion, retargeted: Retargeted) -> tuple[np.ndarray, np.ndarray]:
@@ -56,19 +56,19 @@ def _soles(motion: Motion, retargeted: Retargeted) -> tuple[np.ndarray, np.ndarr
     other amounts. What of that is usual while a foot stands, the ground's level has absorbed; the rest is taken away here.
     """
     bodies, off = _bodies_and_offset(motion, retargeted)
-    _, usual = _bodies_and_offset(retargeted.capture.motion, retargeted)
-    for side, standing in enumerate(retargeted.calibration.stands.T):
+    _, usual = _bodies_and_offset(retargeted.performer_clip.motion, retargeted)
+    for side, standing in enumerate(retargeted.calibration.stance_mask.T):
         off[:, side, 2] -= usual[standing, side, 2].mean() if standing.any() else 0.0
     poses = body_poses(bodies)
-    soles, every = sole_points(*poses), lowest_points(*poses)
-    lowest = np.stack([every[:, list(pair)].min(axis=1) for pair in FEET], axis=1)
+    soles, every = sole_points(*poses), lowest_point_heights(*poses)
+    lowest = np.stack([every[:, list(pair)].min(axis=1) for pair in FOOT_AND_TOE_BODIES], axis=1)
     off[..., 2] += lowest - soles[..., 2].min(axis=2)  # a tilted foot stands on its edge
     soles = soles + off[:, :, None]
-    return soles, -np.minimum(soles[..., 2].min(axis=2), lowest + SINKS)
+    return soles, -np.minimum(soles[..., 2].min(axis=2), lowest + MAX_SINK_M)
 
 
 def _bodies_and_offset(motion: Motion, retargeted: Retargeted) -> tuple[BodyMotion, np.ndarray]:
     """Return a clip on the 20 bodies, and from there to the performer's ankles (T, 2, 3) [m]."""
-    bodies, joints = retarget_again(retargeted, motion), joint_poses(motion)[0]
-    own = retargeted.place(joints[:, [retargeted.capture.roles[NAMES[ankle]] for ankle in _ANKLES]])
+    bodies, joints = retarget_with(retargeted, motion), joint_poses(motion)[0]
+    own = retargeted.to_humanoid_world(joints[:, [retargeted.performer_clip.joint_map[BODY_NAMES[ankle]] for ankle in _ANKLES]])
     return bodies, own - body_poses(bodies)[0][:, _ANKLES]

@@ -5,25 +5,25 @@ A suit's root drifts up and down by decimetres, but slowly; and how two feet tha
 
 import numpy as np
 
-from datasets.cleanup.foot_contacts import SPEED, foot_contacts, spans
+from datasets.cleanup.foot_contacts import MAX_CONTACT_SPEED_M_S, detect_foot_contacts, true_spans
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import FEET
-from datasets.motion.kinematics import body_poses, linear_velocity, lowest_points, sole_points
+from datasets.motion.humanoid import FOOT_AND_TOE_BODIES
+from datasets.motion.kinematics import body_poses, linear_velocity, lowest_point_heights, sole_points
 
 # Measured on level ground, 320 real clips and 221 of simulated suits: two feet that stand together differ by up to 0.08 m, by 0.11 m
 # with a reconstructed root; a foot differs from the one that stood before by up to 0.14 m, but by 0.8 m with a reconstructed root.
-STEP = 0.13  # m, between two feet that stand at the same time: they stand on different levels, such as a stair's
-LEAP = 0.25  # m, between a foot that stands and the one that stood before, if they never stand together
-TOGETHER = 0.05  # s, for which two feet stand at the same time at least
-LEVEL = 0.07  # m, from the ground: a foot that stands there may stand on something else
-AIRBORNE = 0.25  # m, of the lowest point above the ground
-LONGEST_FLIGHT = 1.2  # s: a jump of 1.8 m
-HANGING = 1.0  # m/s, of the feet against the pelvis: legs that run do not hang, though a runner floats whose suit drifts
+MIN_STEP_HEIGHT_M = 0.13  # m, between two feet that stand at the same time: they stand on different levels, such as a stair's
+MIN_LEAP_HEIGHT_M = 0.25  # m, between a foot that stands and the one that stood before, if they never stand together
+MIN_DOUBLE_STANCE_S = 0.05  # s, for which two feet stand at the same time at least
+GROUND_TOLERANCE_M = 0.07  # m, from the ground: a foot that stands there may stand on something else
+AIRBORNE_HEIGHT_M = 0.25  # m, of the lowest point above the ground
+MAX_FLIGHT_S = 1.2  # s: a jump of 1.8 m
+MAX_HANGING_SWING_M_S = 1.0  # m/s, of the feet against the pelvis: legs that run do not hang, though a runner floats whose suit drifts
 
 Stance = tuple[int, int, int]  # first frame, frame after the last, side
 
 
-def off_ground_level(motion: BodyMotion) -> np.ndarray:
+def detect_climbing(motion: BodyMotion) -> np.ndarray:
     """Return when a foot stands on something else than the ground, or is on its way there or back (T,).
 
     It does only if the feet somewhere are on levels that differ as stairs do; else it is the clip that floats.
@@ -31,21 +31,21 @@ def off_ground_level(motion: BodyMotion) -> np.ndarray:
     Args:
         motion: Clip on its ground; of one whose root was not recorded only feet that stand together are compared.
     """
-    contacts, heights = foot_contacts(motion), _sole_heights(motion)
-    stances = sorted((start, stop, side) for side in (0, 1) for start, stop in spans(contacts[:, side]).tolist())
+    contacts, heights = detect_foot_contacts(motion), _sole_heights(motion)
+    stances = sorted((start, stop, side) for side in (0, 1) for start, stop in true_spans(contacts[:, side]).tolist())
     level = {stance: float(np.median(heights[stance[0] : stance[1], stance[2]])) for stance in stances}
     climbed = {max(pair, key=lambda stance: abs(level[stance])) for pair in _steps(stances, level, heights, motion)}
     away, climbing = np.zeros((2, len(motion)), dtype=bool)
     for side in (0, 1):
         grounded, elsewhere = np.zeros((2, len(motion)), dtype=bool)
         for stance in (stance for stance in stances if stance[2] == side):
-            off = abs(level[stance]) > LEVEL or stance in climbed
+            off = abs(level[stance]) > GROUND_TOLERANCE_M or stance in climbed
             (elsewhere if off else grounded)[stance[0] : stance[1]] = True
-        for start, stop in spans(~grounded):
+        for start, stop in true_spans(~grounded):
             away[start:stop] |= elsewhere[start:stop].any()
     for start, stop, _ in climbed:
         climbing[start:stop] = True
-    for start, stop in spans(away):
+    for start, stop in true_spans(away):
         away[start:stop] = climbing[start:stop].any()
     return away
 
@@ -61,19 +61,19 @@ def _steps(stances: list[Stance], level: dict[Stance, float], heights: np.ndarra
     """
     steps = []
     for at, later in enumerate(stances):
-        together = [earlier for earlier in stances[:at] if min(earlier[1], later[1]) - later[0] >= TOGETHER * motion.fps]
+        together = [earlier for earlier in stances[:at] if min(earlier[1], later[1]) - later[0] >= MIN_DOUBLE_STANCE_S * motion.fps]
         for earlier in together:
             both = slice(later[0], min(earlier[1], later[1]))
-            if abs(np.median(heights[both, later[2]] - heights[both, earlier[2]])) > STEP:
+            if abs(np.median(heights[both, later[2]] - heights[both, earlier[2]])) > MIN_STEP_HEIGHT_M:
                 steps.append((earlier, later))
         if at and not together and motion.rooted:
             earlier = max(stances[:at], key=lambda stance: stance[1])
-            if abs(level[later] - level[earlier]) > LEAP:
+            if abs(level[later] - level[earlier]) > MIN_LEAP_HEIGHT_M:
                 steps.append((earlier, later))
     return steps
 
 
-def hanging(motion: BodyMotion) -> np.ndarray:
+def detect_hanging(motion: BodyMotion) -> np.ndarray:
     """Return when somebody moves above the ground for longer than a jump with legs that hang (T,); never if no root was recorded.
 
     Args:
@@ -82,17 +82,17 @@ def hanging(motion: BodyMotion) -> np.ndarray:
     hangs = np.zeros(len(motion), dtype=bool)
     if not motion.rooted:
         return hangs
-    (positions, rotations), contacts, heights = body_poses(motion), foot_contacts(motion), _sole_heights(motion)
+    (positions, rotations), contacts, heights = body_poses(motion), detect_foot_contacts(motion), _sole_heights(motion)
     standing = np.flatnonzero(contacts.any(axis=1))
     under = np.where(contacts, heights, np.inf)[standing].min(axis=1)
     ground = np.interp(np.arange(len(motion)), standing, under) if len(standing) else 0.0
-    above = lowest_points(positions, rotations).min(axis=1) - ground
-    feet = positions[:, [foot for foot, _ in FEET]]
+    above = lowest_point_heights(positions, rotations).min(axis=1) - ground
+    feet = positions[:, [foot for foot, _ in FOOT_AND_TOE_BODIES]]
     speed = np.linalg.norm(linear_velocity(feet, motion.fps), axis=-1).min(axis=1)
     swing = np.linalg.norm(linear_velocity(feet - positions[:, :1], motion.fps), axis=-1).mean(axis=1)
-    for start, stop in spans(~contacts.any(axis=1) & (above > AIRBORNE)):
-        moves = speed[start:stop].mean() > SPEED and swing[start:stop].mean() < HANGING
-        hangs[start:stop] = moves and stop - start > LONGEST_FLIGHT * motion.fps
+    for start, stop in true_spans(~contacts.any(axis=1) & (above > AIRBORNE_HEIGHT_M)):
+        moves = speed[start:stop].mean() > MAX_CONTACT_SPEED_M_S and swing[start:stop].mean() < MAX_HANGING_SWING_M_S
+        hangs[start:stop] = moves and stop - start > MAX_FLIGHT_S * motion.fps
     return hangs
 
 

@@ -12,16 +12,16 @@ from rich.progress import track
 from rich.table import Table
 from rich.text import Text
 
-from configs.command import exit_code_of
+from configs.command import run_command
 from configs.errors import InputError
 from datasets.describe.picture import draw
-from datasets.imu.recording import open_capture
-from datasets.library.sources import find_files
-from datasets.motion.humanoid import NAMES
-from datasets.retarget.joint_mapping import OPTIONAL, read_mapping
-from datasets.retarget.performer_clip import UNITS, Capture
+from datasets.imu.recording import load_performer_clip
+from datasets.library.sources import find_motion_files
+from datasets.motion.humanoid import BODY_NAMES
+from datasets.retarget.joint_mapping import OPTIONAL_BODIES, read_mapping
+from datasets.retarget.performer_clip import METRES_PER_UNIT, PerformerClip
 from datasets.retarget.retarget import Retargeted, retarget
-from datasets.retarget.retarget_error import Fidelity, measure
+from datasets.retarget.retarget_error import RetargetMetrics, measure_retarget
 
 # A joint that tells which program made a skeleton; the first that is there counts
 FAMILIES = {
@@ -47,7 +47,7 @@ class Description:
 
     path: Path
     retargeted: Retargeted
-    fidelity: Fidelity
+    fidelity: RetargetMetrics
 
 
 def describe(source: Path, mapping_file: Path | None = None) -> list[Description]:
@@ -65,9 +65,9 @@ def describe(source: Path, mapping_file: Path | None = None) -> list[Description
     """
     mapping = read_mapping(mapping_file) if mapping_file else None
     described = []
-    for path in track(find_files(source), "reading", console=Console(stderr=True), transient=True):
-        retargeted = retarget(open_capture(path, mapping))
-        described.append(Description(path, retargeted, measure(retargeted)))
+    for path in track(find_motion_files(source), "reading", console=Console(stderr=True), transient=True):
+        retargeted = retarget(load_performer_clip(path, mapping))
+        described.append(Description(path, retargeted, measure_retarget(retargeted)))
     return described
 
 
@@ -88,49 +88,49 @@ def table(described: list[Description]) -> Table:
 def _row(description: Description) -> tuple[str, ...]:
     """Return a clip's cells."""
     retargeted, fidelity = description.retargeted, description.fidelity
-    capture, motion = retargeted.capture, retargeted.motion
+    performer_clip, motion = retargeted.performer_clip, retargeted.motion
     worst = int(np.nanargmax(fidelity.error_local))
     low = 100 * np.percentile(fidelity.lowest_foot, [0, 10, 50])
     errors = (fidelity.error_local, fidelity.error_world, fidelity.error_moving)
     return (
         motion.name,
-        _skeleton(capture),
-        f"{_unit(capture.unit)}, {capture.up}",
+        _skeleton(performer_clip),
+        f"{_unit(performer_clip.unit)}, {performer_clip.up_axis}",
         f"{motion.fps:g}",
         str(len(motion)),
         f"{motion.seconds:.2f}",
         f"{retargeted.scale:.3f}",
         f"{100 * retargeted.lift:.1f}",
         *(f"{1000 * np.nanmean(error):.0f}" for error in errors),
-        f"{NAMES[worst]} {1000 * fidelity.error_local[worst]:.0f}",
+        f"{BODY_NAMES[worst]} {1000 * fidelity.error_local[worst]:.0f}",
         " / ".join(f"{height:.1f}" for height in low),
         ", ".join(_notes(description)),
     )
 
 
-def _skeleton(capture: Capture) -> str:
+def _skeleton(performer_clip: PerformerClip) -> str:
     """Return the number of joints and, where known, the program that the skeleton comes from."""
-    names = capture.motion.skeleton.names
+    names = performer_clip.motion.skeleton.names
     family = next((family for joint, family in FAMILIES.items() if joint in names), "")
     return f"{family} {len(names)} joints".strip()
 
 
 def _unit(metres: float) -> str:
     """Return the name of a unit, or its length."""
-    return next((name for name, length in UNITS.items() if length == metres), f"{metres:g} m")
+    return next((name for name, length in METRES_PER_UNIT.items() if length == metres), f"{metres:g} m")
 
 
 def _notes(description: Description) -> list[str]:
     """Return what is out of the ordinary about a clip."""
     retargeted, fidelity = description.retargeted, description.fidelity
-    capture, calibration = retargeted.capture, retargeted.calibration
-    lacking = [body for body in OPTIONAL if body not in capture.roles]
-    locked = [f"{NAMES[body]} {share:.1%}" for body, share in enumerate(fidelity.near_lock) if share > 0.005]
+    performer_clip, calibration = retargeted.performer_clip, retargeted.calibration
+    lacking = [body for body in OPTIONAL_BODIES if body not in performer_clip.joint_map]
+    locked = [f"{BODY_NAMES[body]} {share:.1%}" for body, share in enumerate(fidelity.near_lock) if share > 0.005]
     notes = {
-        f"T-pose dropped ({capture.dropped} frames)": capture.dropped,
+        f"T-pose dropped ({performer_clip.dropped_frames} frames)": performer_clip.dropped_frames,
         f"no {', '.join(lacking)}": lacking,
         "rest pose not human": not calibration.rest_is_human,
-        "no foot ever stands": not calibration.stands.any(),
+        "no foot ever stands": not calibration.stance_mask.any(),
         f"{fidelity.jumps} jumps": fidelity.jumps,
         f"near gimbal lock: {', '.join(locked)}": locked,
     }
@@ -156,7 +156,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, help="folder for a picture of each clip")
     parser.add_argument("--mapping", type=Path, help="YAML file that names joints, unit or up axis, such as 'thigh_l: LeftUpLeg'")
     options = parser.parse_args(arguments)
-    return exit_code_of(lambda: _run(options))
+    return run_command(lambda: _run(options))
 
 
 def _run(options: argparse.Namespace) -> None:

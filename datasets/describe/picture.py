@@ -7,11 +7,11 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from datasets.motion.humanoid import BODIES, CENTRES, NAMES
+from datasets.motion.humanoid import BODIES, BODY_COM_OFFSETS, BODY_NAMES
 from datasets.motion.kinematics import body_poses
 from datasets.motion.rotation import heading, rotate
 from datasets.retarget.retarget import Retargeted
-from datasets.retarget.retarget_error import Fidelity, performer_points
+from datasets.retarget.retarget_error import RetargetMetrics, performer_points
 
 POSES = 8
 SPACING = 1.3  # m between poses
@@ -19,7 +19,7 @@ COLOURS = {"l": "tab:blue", "r": "tab:red"}
 _PARENTS = {body.name: body.parent for body in BODIES}
 
 
-def draw(retargeted: Retargeted, fidelity: Fidelity, path: Path) -> None:
+def draw(retargeted: Retargeted, fidelity: RetargetMetrics, path: Path) -> None:
     """Draw a clip into a PNG file.
 
     Args:
@@ -62,9 +62,9 @@ def _poses(axes: Axes, retargeted: Retargeted, frames: np.ndarray, view: int, ti
             here = positions[frame, index]
             colour = COLOURS.get(body.name[-1] if body.name[-2] == "_" else "", "tab:green")
             if body.parent is not None:
-                _line(axes, flat(positions[frame, NAMES.index(body.parent)]), flat(here), colour, 1.5)
+                _line(axes, flat(positions[frame, BODY_NAMES.index(body.parent)]), flat(here), colour, 1.5)
             if body.name[:4] in ("head", "hand", "toe_", "foot"):
-                centre = here + 1.5 * rotate(rotations[frame, index], CENTRES[index])
+                centre = here + 1.5 * rotate(rotations[frame, index], BODY_COM_OFFSETS[index])
                 _line(axes, flat(here), flat(centre), colour, 1.5)
         axes.text(SPACING * place, -0.15, f"{frame / retargeted.motion.fps:.2f} s", ha="center")
     axes.axhline(0.0, color="black", linewidth=0.5)

@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from configs.atomic_file import whole_file
+from configs.atomic_file import atomic_write
 from configs.errors import InputError
-from datasets.formats.bvh_parser import Vector, parse
+from datasets.formats.bvh_parser import Vector, parse_bvh
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,7 @@ def read_bvh(path: str | os.PathLike[str]) -> Bvh:
     Raises:
         InputError: If the file cannot be read or is not a whole and sane BVH; names the line.
     """
-    tree, frame_time, values = parse(Path(path))
+    tree, frame_time, values = parse_bvh(Path(path))
     return Bvh(
         tuple(tree.names),
         tuple(tree.parents),
@@ -92,7 +92,7 @@ def write_bvh(path: str | os.PathLike[str], bvh: Bvh) -> None:
     """
     path = Path(path)
     try:
-        with whole_file(path) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as file:
+        with atomic_write(path) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as file:
             file.writelines(f"{line}\n" for line in _lines(bvh))
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror}); give a file in a writable folder") from error

@@ -117,7 +117,7 @@ def quote(text: str) -> str:
     return ascii(text if len(text) <= 40 else text[:40] + "...")
 
 
-def parse(path: Path) -> tuple[Tree, float, np.ndarray]:
+def parse_bvh(path: Path) -> tuple[Tree, float, np.ndarray]:
     """Parse a whole file.
 
     Args:

@@ -18,8 +18,8 @@ from datasets.motion.rotation import normalise
 MAX_BYTES = 256 * 2**20  # some twenty minutes of a full suit
 MAX_SEGMENTS = 100  # a full suit has 23 and up to four props
 MAX_MAGNITUDE = 1e6  # of any number
-RATES = (1.0, 1000.0)  # frames per second, the least and the most
-UNIT_LENGTH = 0.01  # by which the length of a quaternion may differ from one; six decimals are usual
+FPS_RANGE = (1.0, 1000.0)  # frames per second, the least and the most
+QUATERNION_NORM_TOLERANCE = 0.01  # by which the length of a quaternion may differ from one; six decimals are usual
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Mvnx:
     Attributes:
         segments: Names, J of them.
         parents: Index of each segment's parent, -1 for the first.
-        tips: Farthest named point of each segment without children in its frame [m], zero for the others, shape (J, 3).
+        end_offsets: Farthest named point of each segment without children in its frame [m], zero for the others, shape (J, 3).
         sensors: Names of the segments that carry sensors, S of them.
         fps: Frames per second.
         positions: Origins of the segments in the world [m], shape (T, J, 3).
@@ -39,7 +39,7 @@ class Mvnx:
 
     segments: tuple[str, ...]
     parents: tuple[int, ...]
-    tips: np.ndarray
+    end_offsets: np.ndarray
     sensors: tuple[str, ...]
     fps: float
     positions: np.ndarray
@@ -100,7 +100,7 @@ def _mvnx(root: ElementTree.Element) -> Mvnx:
     _check_indices(frames)
     positions = _table(frames, "position", len(segments), 3)
     orientations = _table(frames, "orientation", len(segments), 4)
-    far = np.argwhere(np.abs(np.linalg.norm(orientations, axis=-1) - 1.0) > UNIT_LENGTH)
+    far = np.argwhere(np.abs(np.linalg.norm(orientations, axis=-1) - 1.0) > QUATERNION_NORM_TOLERANCE)
     if len(far):
         raise InputError(f"frame {far[0, 0]}: orientation of '{segments[far[0, 1]]}' should be a quaternion of length 1")
     free = _table(frames, "sensorFreeAcceleration", len(sensors), 3)
@@ -142,8 +142,8 @@ def _rate(subject: ElementTree.Element) -> float:
         fps = float(text)
     except ValueError:
         fps = 0.0
-    if not RATES[0] <= fps <= RATES[1]:
-        raise InputError(f"frameRate '{text}' should be a number from {RATES[0]:g} to {RATES[1]:g}")
+    if not FPS_RANGE[0] <= fps <= FPS_RANGE[1]:
+        raise InputError(f"frameRate '{text}' should be a number from {FPS_RANGE[0]:g} to {FPS_RANGE[1]:g}")
     return fps
 
 

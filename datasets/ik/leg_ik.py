@@ -6,8 +6,8 @@ from scipy.spatial.transform import Rotation
 from datasets.motion.humanoid import SKELETON
 from datasets.motion.rotation import cross
 
-THIGH = float(-SKELETON.offsets[SKELETON.index("shin_l"), 2])  # m
-SHIN = float(-SKELETON.offsets[SKELETON.index("foot_l"), 2])  # m
+THIGH_LENGTH_M = float(-SKELETON.offsets[SKELETON.index("shin_l"), 2])  # m
+SHIN_LENGTH_M = float(-SKELETON.offsets[SKELETON.index("foot_l"), 2])  # m
 
 
 def leg_ik(hip: np.ndarray, ankle: np.ndarray, forward: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -27,8 +27,10 @@ def leg_ik(hip: np.ndarray, ankle: np.ndarray, forward: np.ndarray) -> tuple[np.
     left = cross(up, forward)
     left /= np.linalg.norm(left, axis=-1, keepdims=True)
     straight = Rotation.from_matrix(np.stack([cross(left, up), left, up], axis=-1))
-    distance = np.clip(distance, abs(THIGH - SHIN) + 1e-9, THIGH + SHIN)
-    flexion = np.pi - np.arccos(np.clip((THIGH**2 + SHIN**2 - distance**2) / (2.0 * THIGH * SHIN), -1.0, 1.0))
-    lead = np.arccos(np.clip((THIGH**2 + distance**2 - SHIN**2) / (2.0 * THIGH * distance), -1.0, 1.0))
+    distance = np.clip(distance, abs(THIGH_LENGTH_M - SHIN_LENGTH_M) + 1e-9, THIGH_LENGTH_M + SHIN_LENGTH_M)
+    flexion = np.pi - np.arccos(
+        np.clip((THIGH_LENGTH_M**2 + SHIN_LENGTH_M**2 - distance**2) / (2.0 * THIGH_LENGTH_M * SHIN_LENGTH_M), -1.0, 1.0)
+    )
+    lead = np.arccos(np.clip((THIGH_LENGTH_M**2 + distance**2 - SHIN_LENGTH_M**2) / (2.0 * THIGH_LENGTH_M * distance), -1.0, 1.0))
     thigh = straight * Rotation.from_rotvec(np.stack([0.0 * lead, -lead, 0.0 * lead], axis=-1))
     return thigh.as_quat(scalar_first=True), flexion

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from datasets.motion.rotation import about_axis, cross, multiply, rotate
-from datasets.motion.vectors import between, unit_vector
+from datasets.motion.rotation import cross, from_axis_angle, multiply, rotate
+from datasets.motion.vectors import rotation_between, unit_vector
 
 # Bend [rad] below which the calibrated hinge axis is used, and beyond which the plane of the limb itself; in between
 # they blend. The second pair is for a limb that seems to bend the wrong way: then noise is likelier than a new plane.
@@ -31,7 +31,7 @@ def bend_normal(upper: np.ndarray, lower: np.ndarray, calibrated: np.ndarray, al
     return unit_vector(_across((1.0 - share) * calibrated + share * own, along))
 
 
-def reach(upper: np.ndarray, lower: np.ndarray, target: np.ndarray, hinge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def solve_two_bone_ik(upper: np.ndarray, lower: np.ndarray, target: np.ndarray, hinge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return how both bones of a limb turn in the world so that it ends at ``target``, softly short of it where it is too short.
 
     It keeps the plane that it bends in, and so the side to which its middle joint points; a limb that ends there already keeps still.
@@ -46,7 +46,7 @@ def reach(upper: np.ndarray, lower: np.ndarray, target: np.ndarray, hinge: np.nd
         Rotations of the upper and the lower bone, wxyz, shape (T, 4) each.
     """
     lengths = np.linalg.norm(upper, axis=-1), np.linalg.norm(lower, axis=-1)
-    target = within_reach(upper + lower, target, lengths[0] + lengths[1])
+    target = limit_reach(upper + lower, target, lengths[0] + lengths[1])
     normal = bend_normal(unit_vector(upper), unit_vector(lower), hinge, unit_vector(upper + lower))
     aside = np.sum(upper * normal, axis=-1) * np.sum(lower * normal, axis=-1)  # no bend about the normal changes this part of
     flat = np.linalg.norm(_across(upper, normal), axis=-1) * np.linalg.norm(_across(lower, normal), axis=-1)
@@ -55,12 +55,12 @@ def reach(upper: np.ndarray, lower: np.ndarray, target: np.ndarray, hinge: np.nd
     needed = np.arccos(np.clip((needed - aside) / flat, -1.0, 1.0))
     # A middle joint that bends backward, as only noise does, bends forward once it has to bend twice as much.
     needed = np.clip(3.0 * needed + 4.0 * bend, -needed, needed)
-    folded = about_axis(normal, needed - bend)
-    turned = between(unit_vector(upper + rotate(folded, lower)), unit_vector(target))
+    folded = from_axis_angle(normal, needed - bend)
+    turned = rotation_between(unit_vector(upper + rotate(folded, lower)), unit_vector(target))
     return turned, multiply(turned, folded)
 
 
-def within_reach(old: np.ndarray, new: np.ndarray, length: np.ndarray | float) -> np.ndarray:
+def limit_reach(old: np.ndarray, new: np.ndarray, length: np.ndarray | float) -> np.ndarray:
     """Return ``new`` but shorter where the limb would become straight, softly: knees do not pop.
 
     Args:

@@ -10,14 +10,14 @@ from dataclasses import replace
 import numpy as np
 from scipy.signal import sosfiltfilt
 
-from datasets.imu.sensor_model import BANDWIDTH, SENSOR_BODIES, SENSOR_RATE, low_pass
+from datasets.imu.sensor_model import MOTION_BANDWIDTH_HZ, SENSOR_BODIES, SENSOR_RATE_HZ, low_pass
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import CENTRES, NAMES
-from datasets.motion.kinematics import body_poses, continuous, linear_acceleration, resample
+from datasets.motion.humanoid import BODY_COM_OFFSETS, BODY_NAMES
+from datasets.motion.kinematics import align_quaternion_signs, body_poses, linear_acceleration, resample
 from datasets.motion.rotation import normalise, rotate
 
-PELVIS = NAMES.index("pelvis")
-_SENSOR_PELVIS = SENSOR_BODIES.index(PELVIS)
+PELVIS_BODY = BODY_NAMES.index("pelvis")
+_SENSOR_PELVIS = SENSOR_BODIES.index(PELVIS_BODY)
 _PADDING = 9  # samples by which the filter extends a clip at both ends, as scipy does for a filter of this order
 
 
@@ -30,13 +30,13 @@ def accelerations_from_pose(motion: BodyMotion) -> np.ndarray:
     Returns:
         Accelerations in the world's axes [m/s^2], shape (N, 19, 3), of the motion below ``imu_suit.BANDWIDTH``.
     """
-    clip = resample(motion, SENSOR_RATE)
-    local = continuous(clip.local_rotations)
-    local = normalise(sosfiltfilt(low_pass(BANDWIDTH), local, axis=0, padlen=min(_PADDING, len(local) - 1)))
+    clip = resample(motion, SENSOR_RATE_HZ)
+    local = align_quaternion_signs(clip.local_rotations)
+    local = normalise(sosfiltfilt(low_pass(MOTION_BANDWIDTH_HZ), local, axis=0, padlen=min(_PADDING, len(local) - 1)))
     held = replace(clip, root_position=np.zeros_like(clip.root_position), local_rotations=local)
     positions, rotations = body_poses(held)
-    centres = positions + rotate(rotations, np.broadcast_to(CENTRES, positions.shape))
-    return linear_acceleration(centres[:, list(SENSOR_BODIES)], SENSOR_RATE)
+    centres = positions + rotate(rotations, np.broadcast_to(BODY_COM_OFFSETS, positions.shape))
+    return linear_acceleration(centres[:, list(SENSOR_BODIES)], SENSOR_RATE_HZ)
 
 
 def fill_accelerations(motion: BodyMotion, known: dict[int, np.ndarray]) -> np.ndarray:
@@ -52,11 +52,11 @@ def fill_accelerations(motion: BodyMotion, known: dict[int, np.ndarray]) -> np.n
     Raises:
         ValueError: If the pelvis is missing or a body has no place among the 19.
     """
-    strange = [NAMES[body] for body in known if body not in SENSOR_BODIES]
-    if PELVIS not in known or strange:
+    strange = [BODY_NAMES[body] for body in known if body not in SENSOR_BODIES]
+    if PELVIS_BODY not in known or strange:
         raise ValueError(f"{', '.join(strange) or 'no pelvis'} among the measured bodies; the pelvis and others of the 19 are expected")
     relative = accelerations_from_pose(motion)
-    filled = relative - relative[:, _SENSOR_PELVIS, None] + known[PELVIS][:, None]
+    filled = relative - relative[:, _SENSOR_PELVIS, None] + known[PELVIS_BODY][:, None]
     for body, measured in known.items():
         filled[:, SENSOR_BODIES.index(body)] = measured
     return filled

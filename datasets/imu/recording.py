@@ -9,14 +9,14 @@ from scipy.interpolate import CubicSpline
 
 from configs.errors import InputError
 from datasets.formats.mvnx import Mvnx, read_mvnx
-from datasets.imu.free_acceleration import PELVIS, fill_accelerations
-from datasets.imu.sensor_model import SENSOR_BODIES, SENSOR_RATE
+from datasets.imu.free_acceleration import PELVIS_BODY, fill_accelerations
+from datasets.imu.sensor_model import SENSOR_BODIES, SENSOR_RATE_HZ
 from datasets.motion.clip import BodyMotion, Motion
-from datasets.motion.humanoid import LEG_LENGTH, NAMES
-from datasets.motion.rotation import about_axis, conjugate, multiply, rotate
+from datasets.motion.humanoid import BODY_NAMES, LEG_LENGTH
+from datasets.motion.rotation import conjugate, from_axis_angle, multiply, rotate
 from datasets.motion.skeleton import Skeleton
-from datasets.retarget.joint_mapping import Mapping, find_roles
-from datasets.retarget.performer_clip import MAX_LEG_RATIO, Capture, leg_length, read_capture
+from datasets.retarget.joint_mapping import JointMapping, find_joint_map
+from datasets.retarget.performer_clip import MAX_LEG_RATIO, PerformerClip, leg_length, load_performer_bvh
 from datasets.retarget.retarget import Retargeted, retarget
 
 
@@ -36,7 +36,7 @@ class ImuRecording:
     measured: tuple[str, ...]
 
 
-def read_imu_recording(path: str | os.PathLike[str], mapping: Mapping | None = None) -> ImuRecording:
+def read_imu_recording(path: str | os.PathLike[str], mapping: JointMapping | None = None) -> ImuRecording:
     """Read a suit's clip and accelerations as they serve here: on the 20 bodies, scaled, facing x and on the ground.
 
     Args:
@@ -51,21 +51,25 @@ def read_imu_recording(path: str | os.PathLike[str], mapping: Mapping | None = N
     """
     mvnx = read_mvnx(path)
     try:
-        capture = as_capture(mvnx, Path(path).stem, mapping)
-        retargeted = retarget(capture)
+        performer_clip = performer_clip_from_mvnx(mvnx, Path(path).stem, mapping)
+        retargeted = retarget(performer_clip)
         known = _body_accelerations(mvnx, retargeted)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     motion = replace(retargeted.motion, system="imu")
-    return ImuRecording(motion, fill_accelerations(motion, known), tuple(NAMES[body] for body in SENSOR_BODIES if body in known))
+    return ImuRecording(motion, fill_accelerations(motion, known), tuple(BODY_NAMES[body] for body in SENSOR_BODIES if body in known))
 
 
-def open_capture(path: Path, mapping: Mapping | None = None) -> Capture:
-    """Return the clip of a BVH or MVNX file on its own skeleton; errors are those of ``read_capture`` and ``read_mvnx``."""
-    return as_capture(read_mvnx(path), path.stem, mapping) if path.suffix.lower() == ".mvnx" else read_capture(path, mapping)
+def load_performer_clip(path: Path, mapping: JointMapping | None = None) -> PerformerClip:
+    """Return the clip of a BVH or MVNX file on its own skeleton; errors are those of ``load_performer_bvh`` and ``read_mvnx``."""
+    return (
+        performer_clip_from_mvnx(read_mvnx(path), path.stem, mapping)
+        if path.suffix.lower() == ".mvnx"
+        else load_performer_bvh(path, mapping)
+    )
 
 
-def as_capture(mvnx: Mvnx, name: str, mapping: Mapping | None = None) -> Capture:
+def performer_clip_from_mvnx(mvnx: Mvnx, name: str, mapping: JointMapping | None = None) -> PerformerClip:
     """Return the clip on its own skeleton, as a BVH file is at the door.
 
     Args:
@@ -76,30 +80,30 @@ def as_capture(mvnx: Mvnx, name: str, mapping: Mapping | None = None) -> Capture
     Raises:
         InputError: If the segments are not a human's, in metres.
     """
-    roles = find_roles(mvnx.segments, mvnx.parents, mapping)
+    joint_map = find_joint_map(mvnx.segments, mvnx.parents, mapping)
     over = list(mvnx.parents[1:])
     to_parent = conjugate(mvnx.orientations[:, over])
     local_positions, local_rotations = mvnx.positions.copy(), mvnx.orientations.copy()
     local_positions[:, 1:] = rotate(to_parent, mvnx.positions[:, 1:] - mvnx.positions[:, over])
     local_rotations[:, 1:] = multiply(to_parent, mvnx.orientations[:, 1:])
     offsets = np.concat([np.zeros((1, 3)), np.median(local_positions, axis=0)[1:]])
-    leg = leg_length(mvnx.positions, roles)
+    leg = leg_length(mvnx.positions, joint_map)
     if not 1.0 / MAX_LEG_RATIO < leg / LEG_LENGTH < MAX_LEG_RATIO:
         raise InputError(f"legs of {leg:.3g} m are no human's; positions in metres are expected")
-    short = [joint for joint in roles.values() if joint and not offsets[joint].any()]
+    short = [joint for joint in joint_map.values() if joint and not offsets[joint].any()]
     if short:
         raise InputError(f"segment '{mvnx.segments[short[0]]}' begins where its parent does; every segment should have a length")
     motion = Motion(Skeleton(mvnx.segments, mvnx.parents, offsets), local_positions, local_rotations, mvnx.fps, name)
-    return Capture(motion, roles, mvnx.tips, 1.0, "z", 0)
+    return PerformerClip(motion, joint_map, mvnx.end_offsets, 1.0, "z", 0)
 
 
 def _body_accelerations(mvnx: Mvnx, retargeted: Retargeted) -> dict[int, np.ndarray]:
     """Return body -> measured acceleration (N, 3) [m/s^2] at 100 Hz, turned and scaled as the retargeted clip is."""
     clip = retargeted.motion
-    body_of = {joint: NAMES.index(body) for body, joint in retargeted.capture.roles.items()}
+    body_of = {joint: BODY_NAMES.index(body) for body, joint in retargeted.performer_clip.joint_map.items()}
     old = np.arange(len(clip)) / clip.fps
-    new = np.minimum(np.arange(int(np.floor(old[-1] * SENSOR_RATE + 1e-6)) + 1) / SENSOR_RATE, old[-1])
-    turn = about_axis(np.array([0.0, 0.0, 1.0]), np.array(-retargeted.yaw))
+    new = np.minimum(np.arange(int(np.floor(old[-1] * SENSOR_RATE_HZ + 1e-6)) + 1) / SENSOR_RATE_HZ, old[-1])
+    turn = from_axis_angle(np.array([0.0, 0.0, 1.0]), np.array(-retargeted.yaw))
     known = {}
     for sensor, segment in enumerate(mvnx.sensors):
         body = body_of.get(mvnx.segments.index(segment))
@@ -107,6 +111,6 @@ def _body_accelerations(mvnx: Mvnx, retargeted: Retargeted) -> dict[int, np.ndar
             track = mvnx.free_accelerations[:, sensor]
             at_rate = CubicSpline(old, track)(new) if len(old) > 1 else track
             known[body] = retargeted.scale * rotate(np.broadcast_to(turn, (len(new), 4)), at_rate)
-    if PELVIS not in known:
+    if PELVIS_BODY not in known:
         raise InputError(f"no sensor on the pelvis among {', '.join(mvnx.sensors) or 'none'}; a suit's recording has one")
     return known

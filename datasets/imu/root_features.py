@@ -8,15 +8,15 @@ from typing import NamedTuple
 import numpy as np
 
 from configs.errors import InputError
-from datasets.imu.sensor_model import SENSOR_BODIES, SENSOR_RATE
+from datasets.imu.sensor_model import SENSOR_BODIES, SENSOR_RATE_HZ
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import NAMES
+from datasets.motion.humanoid import BODY_NAMES
 from datasets.motion.kinematics import body_poses, centre_of_mass, resample
-from datasets.motion.rotation import Array, heading, namespace
+from datasets.motion.rotation import Array, array_namespace, heading
 
-RATE = SENSOR_RATE  # Hz, thesis 2.4.3 and 3.4.1
-MOST_LIFT = 3.0  # m/s^2, mean of a clip of a second or more: who starts and ends at rest has 0, a whole long jump's flight -5
-LEGS: tuple[int, ...] = tuple(b for b, name in enumerate(NAMES) if name.startswith(("pelvis", "thigh", "shin", "foot", "toe")))
+ROOT_RATE_HZ = SENSOR_RATE_HZ  # Hz, thesis 2.4.3 and 3.4.1
+MAX_MEAN_LIFT_M_S2 = 3.0  # m/s^2, mean of a clip of a second or more: who starts and ends at rest has 0, a whole long jump's flight -5
+LOWER_BODIES: tuple[int, ...] = tuple(b for b, name in enumerate(BODY_NAMES) if name.startswith(("pelvis", "thigh", "shin", "foot", "toe")))
 
 
 class RootFrames(NamedTuple):
@@ -51,12 +51,12 @@ def root_frames(motion: BodyMotion, accelerations: np.ndarray | None = None, tru
     Raises:
         InputError: If the accelerations have another shape or length, are not finite, or still hold gravity.
     """
-    clip = resample(motion, RATE)
+    clip = resample(motion, ROOT_RATE_HZ)
     if accelerations is not None:
         accelerations = _checked(accelerations, motion.name, len(clip))
     positions, rotations = body_poses(clip)
     centre = centre_of_mass(positions, rotations) - positions[:, 0]
-    real = resample(truth, RATE) if truth else clip
+    real = resample(truth, ROOT_RATE_HZ) if truth else clip
     parts = (
         positions - positions[:, :1],
         np.zeros((len(clip), len(SENSOR_BODIES), 3)) if accelerations is None else accelerations,
@@ -71,16 +71,16 @@ def root_frames(motion: BodyMotion, accelerations: np.ndarray | None = None, tru
 def _checked(accelerations: np.ndarray, name: str, frames: int) -> np.ndarray:
     """Return accelerations of exactly ``frames`` samples."""
     if accelerations.ndim != 3 or accelerations.shape[1:] != (len(SENSOR_BODIES), 3) or abs(len(accelerations) - frames) > 1:
-        should = f"({frames}, {len(SENSOR_BODIES)}, 3): {RATE:g} Hz of the clip itself"
+        should = f"({frames}, {len(SENSOR_BODIES)}, 3): {ROOT_RATE_HZ:g} Hz of the clip itself"
         raise InputError(f"{name}: accelerations have shape {accelerations.shape}, should be {should}")
     bad = np.argwhere(~np.isfinite(accelerations))
     if len(bad):
         sample, sensor = bad[0][:2]
         raise InputError(
-            f"{name}: acceleration of {NAMES[SENSOR_BODIES[sensor]]} at sample {sample} is not a finite number; cut or fill the gap"
+            f"{name}: acceleration of {BODY_NAMES[SENSOR_BODIES[sensor]]} at sample {sample} is not a finite number; cut or fill the gap"
         )
     lift = float(accelerations[:, 0, 2].mean())
-    if frames >= RATE and abs(lift) > MOST_LIFT:
+    if frames >= ROOT_RATE_HZ and abs(lift) > MAX_MEAN_LIFT_M_S2:
         raise InputError(
             f"{name}: the pelvis accelerates by {lift:.1f} m/s^2 upwards on average, should be near 0: free accelerations have gravity "
             "taken away, in the world's axes with z up"
@@ -88,19 +88,19 @@ def _checked(accelerations: np.ndarray, name: str, frames: int) -> np.ndarray:
     return np.concat([accelerations, accelerations[-1:]])[:frames]
 
 
-def concatenate(clips: list[RootFrames]) -> RootFrames:
+def concatenate_frames(clips: list[RootFrames]) -> RootFrames:
     """Return the frames of many clips one after the other."""
     return RootFrames(*(np.concat(parts) for parts in zip(*clips, strict=True)))
 
 
-def face_forward(vectors: Array, heading: Array) -> Array:
+def to_heading_frame(vectors: Array, heading: Array) -> Array:
     """Return vectors turned about the vertical so that what pointed along ``heading`` points along x.
 
     Args:
         vectors: In the world's axes, shape (N, ..., 3), of NumPy or torch.
         heading: One angle for each first index [rad], shape (N,).
     """
-    xp = namespace(vectors)
+    xp = array_namespace(vectors)
     shape = (-1, *(1,) * (vectors.ndim - 2))
     cosine, sine = xp.cos(heading).reshape(shape), xp.sin(heading).reshape(shape)
     x, y = vectors[..., 0], vectors[..., 1]

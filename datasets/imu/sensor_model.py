@@ -11,24 +11,33 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt
 
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import ANKLE_HEIGHT, BODY_COUNT, CENTRES, LEG_LENGTH, NAMES, SKELETON
-from datasets.motion.kinematics import continuous, linear_acceleration, resample
-from datasets.motion.rotation import about_axis, conjugate, from_rotation_vector, heading, multiply, normalise, rotate, to_rotation_vector
+from datasets.motion.humanoid import ANKLE_HEIGHT, BODY_COM_OFFSETS, BODY_COUNT, BODY_NAMES, LEG_LENGTH, SKELETON
+from datasets.motion.kinematics import align_quaternion_signs, linear_acceleration, resample
+from datasets.motion.rotation import (
+    conjugate,
+    from_axis_angle,
+    from_rotation_vector,
+    heading,
+    multiply,
+    normalise,
+    rotate,
+    to_rotation_vector,
+)
 from datasets.motion.skeleton import forward_kinematics
 
-SENSOR_RATE = 100.0  # Hz
-SENSOR_BODIES: tuple[int, ...] = tuple(b for b, name in enumerate(NAMES) if name != "spine")  # a suit interpolates the spine
-GRAVITY = np.array([0.0, 0.0, -9.81])  # m/s^2
+SENSOR_RATE_HZ = 100.0  # Hz
+SENSOR_BODIES: tuple[int, ...] = tuple(b for b, name in enumerate(BODY_NAMES) if name != "spine")  # a suit interpolates the spine
+GRAVITY_VECTOR_M_S2 = np.array([0.0, 0.0, -9.81])  # m/s^2
 EARTH_FIELD = np.array([0.0, np.cos(1.15), -np.sin(1.15)])  # unit strength, magnetic north along +y, dip 66 degrees (mid Europe)
 STAND_SECONDS, EASE_SECONDS = 5.0, 2.0  # in the T-pose; from there into the clip
-CALIBRATION = slice(int(2.0 * SENSOR_RATE), int(STAND_SECONDS * SENSOR_RATE))  # samples that the calibration averages
-START = int((STAND_SECONDS + EASE_SECONDS) * SENSOR_RATE)  # sample of the clip's first frame
-BANDWIDTH = 12.0  # Hz, of human motion; above it optical clips hold marker noise, which would drown in second derivatives
-_STANDING_HEIGHT = LEG_LENGTH + ANKLE_HEIGHT - SKELETON.offsets[NAMES.index("thigh_l"), 2]
+CALIBRATION_SAMPLES = slice(int(2.0 * SENSOR_RATE_HZ), int(STAND_SECONDS * SENSOR_RATE_HZ))  # samples that the calibration averages
+CLIP_START_SAMPLE = int((STAND_SECONDS + EASE_SECONDS) * SENSOR_RATE_HZ)  # sample of the clip's first frame
+MOTION_BANDWIDTH_HZ = 12.0  # Hz, of human motion; above it optical clips hold marker noise, which would drown in second derivatives
+_STANDING_HEIGHT = LEG_LENGTH + ANKLE_HEIGHT - SKELETON.offsets[BODY_NAMES.index("thigh_l"), 2]
 _SLIP_SECONDS = 2.0  # s of brisk motion, between the knots of the slow slip
 _SLIP_ACCELERATION = 5.0  # m/s^2, slowly varying, that counts as brisk
 _TISSUE_BANDWIDTH = 4.0  # Hz, of flesh under a strapped sensor
-_FLESH = np.array([2.0 if NAMES[b].startswith(("thigh", "shin", "upper_arm")) else 1.0 for b in SENSOR_BODIES])  # muscle wobbles more
+_FLESH = np.array([2.0 if BODY_NAMES[b].startswith(("thigh", "shin", "upper_arm")) else 1.0 for b in SENSOR_BODIES])  # muscle wobbles more
 _STRAP = 0.3  # rad: no sensor tilts further
 _BURST = 6.0  # samples, mean length of a packet loss
 
@@ -83,7 +92,7 @@ class SuitNoise:
 
 
 @dataclass(frozen=True)
-class Recording:
+class SensorSignals:
     """Raw signals of the 19 sensors, each in its own frame, from the T-pose to the clip's end.
 
     Attributes:
@@ -101,7 +110,7 @@ class Recording:
     orientations: np.ndarray
 
 
-def record(clean: BodyMotion, noise: SuitNoise, rng: np.random.Generator) -> Recording:
+def simulate_sensors(clean: BodyMotion, noise: SuitNoise, rng: np.random.Generator) -> SensorSignals:
     """Return what a suit's sensors measure while ``clean`` is performed.
 
     Args:
@@ -117,15 +126,15 @@ def record(clean: BodyMotion, noise: SuitNoise, rng: np.random.Generator) -> Rec
     bodies = list(SENSOR_BODIES)
     positions, rotations = positions[:, bodies], rotations[:, bodies]
     mounting = from_rotation_vector(rng.uniform(-np.pi, np.pi, (len(bodies), 3)) / np.sqrt(3.0))
-    place = CENTRES[bodies] + noise.placement / np.sqrt(3.0) * rng.standard_normal((len(bodies), 3))
-    swing = rotate(conjugate(rotations), sosfiltfilt(low_pass(_TISSUE_BANDWIDTH), linear_acceleration(positions, SENSOR_RATE), axis=0))
+    place = BODY_COM_OFFSETS[bodies] + noise.placement / np.sqrt(3.0) * rng.standard_normal((len(bodies), 3))
+    swing = rotate(conjugate(rotations), sosfiltfilt(low_pass(_TISSUE_BANDWIDTH), linear_acceleration(positions, SENSOR_RATE_HZ), axis=0))
     positions = positions + rotate(rotations, place + noise.slip_position / np.sqrt(3.0) * _slip(swing, rng))
     tilt = noise.slip_rotation / np.sqrt(3.0) * _slip(swing, rng) + _tissue(swing, noise.tissue_rotation, rng)
     orientations = multiply(multiply(rotations, from_rotation_vector(tilt)), mounting)
     inverse = conjugate(orientations)
-    force = rotate(inverse, linear_acceleration(positions, SENSOR_RATE) - GRAVITY)
+    force = rotate(inverse, linear_acceleration(positions, SENSOR_RATE_HZ) - GRAVITY_VECTOR_M_S2)
     turn = np.zeros_like(force)
-    turn[1:] = to_rotation_vector(multiply(inverse[:-1], orientations[1:])) * SENSOR_RATE
+    turn[1:] = to_rotation_vector(multiply(inverse[:-1], orientations[1:])) * SENSOR_RATE_HZ
     field = rotate(inverse, EARTH_FIELD + _disturbance(positions, noise, rng))
     signals = (
         force + _errors(force.shape, noise.accelerometer_noise, noise.accelerometer_bias, noise.accelerometer_walk, rng),
@@ -134,17 +143,17 @@ def record(clean: BodyMotion, noise: SuitNoise, rng: np.random.Generator) -> Rec
     )
     held = _last_arrived(count, noise.packet_loss, rng)
     accelerations, velocities, fields = (np.take_along_axis(signal, held[:, :, None], axis=0) for signal in signals)
-    return Recording(accelerations, velocities, fields, float(heading(clean.local_rotations[0, 0])), orientations)
+    return SensorSignals(accelerations, velocities, fields, float(heading(clean.local_rotations[0, 0])), orientations)
 
 
 def _performance(clean: BodyMotion, noise: SuitNoise, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Return positions (N, 20, 3) and rotations (N, 20, 4) of the bodies at 100 Hz: T-pose, ease, clip."""
-    clip = resample(clean, SENSOR_RATE)
+    clip = resample(clean, SENSOR_RATE_HZ)
     root, local = clip.root_position, clip.local_rotations
     before_root, before_local = _standing(root, local, noise, rng)
-    smooth = low_pass(BANDWIDTH)
+    smooth = low_pass(MOTION_BANDWIDTH_HZ)
     root = sosfiltfilt(smooth, np.concat([before_root, root]), axis=0)
-    local = normalise(sosfiltfilt(smooth, continuous(np.concat([before_local, local])), axis=0))
+    local = normalise(sosfiltfilt(smooth, align_quaternion_signs(np.concat([before_local, local])), axis=0))
     offsets = np.broadcast_to(SKELETON.offsets, (len(root), BODY_COUNT, 3)).copy()
     offsets[:, 0] = root
     return forward_kinematics(SKELETON.parents, offsets, local)
@@ -156,13 +165,13 @@ def _standing(root: np.ndarray, local: np.ndarray, noise: SuitNoise, rng: np.ran
     error = from_rotation_vector(noise.calibration_error / np.sqrt(3.0) * rng.standard_normal((BODY_COUNT, 3)))
     pose = np.concat([error[:1], multiply(conjugate(error[parents[1:]]), error[1:])])
     up = np.array([0.0, 0.0, 1.0])
-    pose[0] = multiply(about_axis(up, np.asarray(heading(local[0, 0]))), pose[0])
+    pose[0] = multiply(from_axis_angle(up, np.asarray(heading(local[0, 0]))), pose[0])
     ahead = min(1, len(root) - 1)
-    velocity = (root[ahead] - root[0]) * SENSOR_RATE
-    turn = to_rotation_vector(multiply(conjugate(local[0]), local[ahead])) * SENSOR_RATE
+    velocity = (root[ahead] - root[0]) * SENSOR_RATE_HZ
+    turn = to_rotation_vector(multiply(conjugate(local[0]), local[ahead])) * SENSOR_RATE_HZ
     place = root[0] - 0.5 * EASE_SECONDS * velocity
     place[2] = _STANDING_HEIGHT
-    s = np.maximum(0.0, (np.arange(START) / SENSOR_RATE - STAND_SECONDS) / EASE_SECONDS)
+    s = np.maximum(0.0, (np.arange(CLIP_START_SAMPLE) / SENSOR_RATE_HZ - STAND_SECONDS) / EASE_SECONDS)
     leave, meet = 1 - 10 * s**3 + 15 * s**4 - 6 * s**5, EASE_SECONDS * (-4 * s**3 + 7 * s**4 - 3 * s**5)
     away = to_rotation_vector(multiply(conjugate(local[0]), pose))
     rotations = multiply(local[:1], from_rotation_vector(leave[:, None, None] * away + meet[:, None, None] * turn))
@@ -171,7 +180,7 @@ def _standing(root: np.ndarray, local: np.ndarray, noise: SuitNoise, rng: np.ran
 
 def low_pass(bandwidth: float) -> np.ndarray:
     """Return a filter for signals at 100 Hz that, run to and fro, halves the amplitude at ``bandwidth`` [Hz]."""
-    return np.asarray(butter(2, bandwidth, fs=SENSOR_RATE, output="sos"))
+    return np.asarray(butter(2, bandwidth, fs=SENSOR_RATE_HZ, output="sos"))
 
 
 def _slip(swing: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -182,8 +191,8 @@ def _slip(swing: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         rng: Source of randomness.
     """
     activity = np.minimum(np.linalg.norm(swing, axis=-1) / _SLIP_ACCELERATION, 1.0)
-    moved = np.cumsum(activity, axis=0) / SENSOR_RATE / _SLIP_SECONDS
-    knots = rng.standard_normal((int(len(swing) / SENSOR_RATE / _SLIP_SECONDS) + 3, len(SENSOR_BODIES), 3))
+    moved = np.cumsum(activity, axis=0) / SENSOR_RATE_HZ / _SLIP_SECONDS
+    knots = rng.standard_normal((int(len(swing) / SENSOR_RATE_HZ / _SLIP_SECONDS) + 3, len(SENSOR_BODIES), 3))
     paths = [CubicSpline(np.arange(len(knots)), knots[:, sensor])(moved[:, sensor]) for sensor in range(len(SENSOR_BODIES))]
     return np.stack(paths, axis=1)
 

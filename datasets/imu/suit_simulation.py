@@ -10,14 +10,23 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from vqf import VQF
 
-from datasets.imu.sensor_model import CALIBRATION, GRAVITY, SENSOR_BODIES, SENSOR_RATE, START, Recording, SuitNoise, record
+from datasets.imu.sensor_model import (
+    CALIBRATION_SAMPLES,
+    CLIP_START_SAMPLE,
+    GRAVITY_VECTOR_M_S2,
+    SENSOR_BODIES,
+    SENSOR_RATE_HZ,
+    SensorSignals,
+    SuitNoise,
+    simulate_sensors,
+)
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import ANKLE_HEIGHT, BODIES, BODY_COUNT, FEET, NAMES, SKELETON
-from datasets.motion.kinematics import continuous, on_ground
-from datasets.motion.rotation import about_axis, conjugate, from_rotation_vector, multiply, normalise, rotate, to_rotation_vector
+from datasets.motion.humanoid import ANKLE_HEIGHT, BODIES, BODY_COUNT, BODY_NAMES, FOOT_AND_TOE_BODIES, SKELETON
+from datasets.motion.kinematics import align_quaternion_signs, place_on_ground
+from datasets.motion.rotation import conjugate, from_axis_angle, from_rotation_vector, multiply, normalise, rotate, to_rotation_vector
 from datasets.motion.skeleton import forward_kinematics
 
-_PELVIS = SENSOR_BODIES.index(NAMES.index("pelvis"))
+_PELVIS = SENSOR_BODIES.index(BODY_NAMES.index("pelvis"))
 _UP = np.array([0.0, 0.0, 1.0])
 _SOLE_FOOT = np.array([[-0.06, 0.0, -ANKLE_HEIGHT], [0.13, 0.0, -ANKLE_HEIGHT]])  # heel and ball in the foot's frame [m]
 _SOLE_TOE = np.array([[0.07, 0.0, -0.02]])  # tip in the toe's frame [m]
@@ -59,20 +68,20 @@ def simulate_suit(clean: BodyMotion, seed: int, severity: float = 1.0) -> SuitCl
     """
     rng = np.random.default_rng(seed)
     noise = SuitNoise().scaled(severity)
-    recording = record(clean, noise, rng)
+    recording = simulate_sensors(clean, noise, rng)
     leg_scale = 1.0 + noise.length_error * rng.standard_normal()
     sensors = sensor_orientations(recording)
-    free = rotate(sensors, recording.accelerations)[START:] + GRAVITY
+    free = rotate(sensors, recording.accelerations)[CLIP_START_SAMPLE:] + GRAVITY_VECTOR_M_S2
     free.setflags(write=False)
-    local = fit_skeleton(body_orientations(sensors, recording.heading)[START:])
+    local = fit_skeleton(body_orientations(sensors, recording.heading)[CLIP_START_SAMPLE:])
     root = track_root(local, free[:, _PELVIS], leg_scale)
     root[:, :2] += clean.root_position[0, :2] - root[0, :2]
     root, local = _at_clip_rate(root, local, clean)
     faulty = replace(clean, root_position=root, local_rotations=local, name=f"{clean.name}_suit", system="imu_suit")
-    return SuitClip(on_ground(faulty), free, clean)
+    return SuitClip(place_on_ground(faulty), free, clean)
 
 
-def sensor_orientations(recording: Recording) -> np.ndarray:
+def sensor_orientations(recording: SensorSignals) -> np.ndarray:
     """Return each sensor's orientation in the world as VQF estimates it from 9 axes, wxyz, shape (N, 19, 4).
 
     Source: Laidig and Seel 2023, "VQF"; its earth frame has magnetic north along +y, as ``imu_suit.EARTH_FIELD`` has.
@@ -81,7 +90,7 @@ def sensor_orientations(recording: Recording) -> np.ndarray:
     tracks = []
     for sensor in range(len(SENSOR_BODIES)):
         gyroscope, accelerometer, magnetometer = (np.ascontiguousarray(signal[:, sensor]) for signal in signals)
-        tracks.append(VQF(1.0 / SENSOR_RATE).updateBatch(gyroscope, accelerometer, magnetometer)["quat9D"])
+        tracks.append(VQF(1.0 / SENSOR_RATE_HZ).updateBatch(gyroscope, accelerometer, magnetometer)["quat9D"])
     return np.stack(tracks, axis=1)
 
 
@@ -92,8 +101,8 @@ def body_orientations(sensors: np.ndarray, heading: float) -> np.ndarray:
         sensors: Estimated orientations from the first sample on, shape (N, 19, 4).
         heading: That the wearer faced in the T-pose [rad].
     """
-    standing = about_axis(_UP, np.array(heading))
-    seen = continuous(conjugate(sensors[CALIBRATION]))
+    standing = from_axis_angle(_UP, np.array(heading))
+    seen = align_quaternion_signs(conjugate(sensors[CALIBRATION_SAMPLES]))
     to_body = multiply(normalise(seen.mean(axis=0)), standing)
     return multiply(sensors, to_body)
 
@@ -111,9 +120,9 @@ def fit_skeleton(bodies: np.ndarray) -> np.ndarray:
         Rotations relative to the parent body, shape (N, 20, 4).
     """
     measured = {body: bodies[:, sensor] for sensor, body in enumerate(SENSOR_BODIES)}
-    pelvis, chest = measured[0], measured[NAMES.index("chest")]
+    pelvis, chest = measured[0], measured[BODY_NAMES.index("chest")]
     half = from_rotation_vector(0.5 * to_rotation_vector(multiply(conjugate(pelvis), chest)))
-    measured[NAMES.index("spine")] = multiply(pelvis, half)
+    measured[BODY_NAMES.index("spine")] = multiply(pelvis, half)
     world, local = [pelvis], [pelvis]
     for index, body in enumerate(BODIES[1:], start=1):
         parent = world[SKELETON.parents[index]]
@@ -149,10 +158,10 @@ def track_root(local: np.ndarray, pelvis_acceleration: np.ndarray, leg_scale: fl
         Positions of the pelvis [m], shape (N, 3), starting above the origin.
     """
     soles = _sole_points(local, leg_scale)
-    step = 1.0 / SENSOR_RATE
+    step = 1.0 / SENSOR_RATE_HZ
     towards = -np.gradient(soles, step, axis=0) if len(soles) > 1 else np.zeros_like(soles)  # velocity that holds a point still
     lowest = soles[:, :, 2].min(axis=1)
-    weight = np.linalg.norm(pelvis_acceleration - GRAVITY, axis=1)  # m/s^2, what the pelvis' accelerometer feels
+    weight = np.linalg.norm(pelvis_acceleration - GRAVITY_VECTOR_M_S2, axis=1)  # m/s^2, what the pelvis' accelerometer feels
     loaded = np.clip((weight - _FREE_FALL) / _FREE_FALL, 0.0, 1.0)
     low = np.exp(-(((soles[:, :, 2] - lowest[:, None]) / _STANCE_HEIGHT) ** 2))
     velocity = np.einsum("p,pc->c", low[0], towards[0]) / low[0].sum()
@@ -174,11 +183,11 @@ def track_root(local: np.ndarray, pelvis_acceleration: np.ndarray, leg_scale: fl
 def _sole_points(local: np.ndarray, leg_scale: float) -> np.ndarray:
     """Return heel, ball and toe tip of both feet (N, 6, 3) [m] relative to the pelvis, on legs of the typed-in length."""
     offsets = np.broadcast_to(SKELETON.offsets, (len(local), BODY_COUNT, 3)).copy()
-    legs = [NAMES.index(f"{part}_{side}") for side in "lr" for part in ("shin", "foot")]
+    legs = [BODY_NAMES.index(f"{part}_{side}") for side in "lr" for part in ("shin", "foot")]
     offsets[:, legs] *= leg_scale
     positions, rotations = forward_kinematics(SKELETON.parents, offsets, local)
     points = []
-    for foot, toe in FEET:
+    for foot, toe in FOOT_AND_TOE_BODIES:
         for body, sole in ((foot, _SOLE_FOOT), (toe, _SOLE_TOE)):
             points.extend(positions[:, body] + rotate(rotations[:, body], point) for point in sole)
     return np.stack(points, axis=1)
@@ -188,5 +197,5 @@ def _at_clip_rate(root: np.ndarray, local: np.ndarray, clean: BodyMotion) -> tup
     """Return root and local rotations at the instants of the clean clip's frames."""
     if len(root) < 2:
         return root[: len(clean)], local[: len(clean)]
-    samples, frames = np.arange(len(root)) / SENSOR_RATE, np.arange(len(clean)) / clean.fps
-    return CubicSpline(samples, root)(frames), normalise(CubicSpline(samples, continuous(local))(frames))
+    samples, frames = np.arange(len(root)) / SENSOR_RATE_HZ, np.arange(len(clean)) / clean.fps
+    return CubicSpline(samples, root)(frames), normalise(CubicSpline(samples, align_quaternion_signs(local))(frames))

@@ -8,17 +8,17 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from datasets.library.drift_alignment import re_anchor
+from datasets.library.drift_alignment import align_drift
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_COUNT, HINGE_COUNT, SKELETON, hinge_angles
-from datasets.motion.kinematics import angular_velocity, body_poses, centre_of_mass, linear_velocity, lowest_points
+from datasets.motion.kinematics import angular_velocity, body_poses, centre_of_mass, linear_velocity, lowest_point_heights
 from datasets.motion.rotation import Array, conjugate, heading, rotate, skew, to_matrix
 
 # Where three hinges in series come near gimbal lock their speeds have no bound; no human joint turns faster than this.
-MAX_HINGE_SPEED = 20.0  # rad/s
+MAX_HINGE_SPEED_RAD_S = 20.0  # rad/s
 # A start whose lowest point is in the ground, or this close to it, is moved until it is this deep in it: whether 0 is contact an engine
 # would decide by its rounding, and whether a foot is held from the first engine step on or from the second, whether a weak body falls.
-TOUCH = 1e-4  # m
+START_PENETRATION_M = 1e-4  # m
 
 
 class Observed(NamedTuple):
@@ -111,7 +111,7 @@ class ClipInfo:
 
 @dataclass(frozen=True)
 class MotionLibrary:
-    """Clips of one frame rate, packed one after the other; NumPy, or tensors where ``placed`` put them.
+    """Clips of one frame rate, packed one after the other; NumPy, or tensors where ``on_device`` put them.
 
     Attributes:
         clips: What is known of each clip.
@@ -133,7 +133,7 @@ class MotionLibrary:
     feed_forward: Array | None = None
 
     @classmethod
-    def of(cls, motions: list[BodyMotion], truths: list[BodyMotion] | None = None, paired: bool = False) -> Self:
+    def from_clips(cls, motions: list[BodyMotion], truths: list[BodyMotion] | None = None, paired: bool = False) -> Self:
         """Pack clips.
 
         Args:
@@ -184,9 +184,9 @@ class MotionLibrary:
         clips = tuple(replace(clip, start=int(start)) for clip, start in zip(kept, starts, strict=False))
         return type(self).from_arrays(clips, {name: array[rows] for name, array in self.arrays().items()}, self.fps)
 
-    def placed(self, place: Callable[[np.ndarray], Array]) -> Self:
-        """Return the same clips with their arrays where ``place`` puts them, such as on a GPU."""
-        return replace(self, **{name: place(array) for name, array in self.arrays().items()})
+    def on_device(self, to_device: Callable[[np.ndarray], Array]) -> Self:
+        """Return the same clips with their arrays where ``to_device`` puts them, such as on a GPU."""
+        return replace(self, **{name: to_device(array) for name, array in self.arrays().items()})
 
     def __len__(self) -> int:
         """Return the number of frames of all clips together."""
@@ -211,10 +211,10 @@ def _pack(motion: BodyMotion, truth: BodyMotion, paired: bool) -> dict[str, np.n
     pos, quat = body_poses(motion)
     com, lin_vel = centre_of_mass(pos, quat), linear_velocity(pos, motion.fps)
     hinges = hinge_angles(motion.local_rotations)
-    hinge_vel = np.clip(linear_velocity(hinges, motion.fps), -MAX_HINGE_SPEED, MAX_HINGE_SPEED)
+    hinge_vel = np.clip(linear_velocity(hinges, motion.fps), -MAX_HINGE_SPEED_RAD_S, MAX_HINGE_SPEED_RAD_S)
     yaw = heading(quat[:, 0])
-    lowest = lowest_points(pos, quat).min(axis=1)
-    lift = np.where(lowest < TOUCH, -TOUCH - lowest, 0.0)
+    lowest = lowest_point_heights(pos, quat).min(axis=1)
+    lift = np.where(lowest < START_PENETRATION_M, -START_PENETRATION_M - lowest, 0.0)
     root = motion.root_position + np.stack([0 * lift, 0 * lift, lift], axis=1)
     root_spin = rotate(conjugate(quat[:, 0]), angular_velocity(quat[:, 0], motion.fps))
     parts = {
@@ -225,7 +225,7 @@ def _pack(motion: BodyMotion, truth: BodyMotion, paired: bool) -> dict[str, np.n
         "facing": np.stack([np.cos(yaw), np.sin(yaw)], axis=1),
         "hinges": hinges,
         "hinge_vel": hinge_vel,
-        **_rewarded(re_anchor(truth, motion) if paired and truth is not motion else motion),
+        **_rewarded(align_drift(truth, motion) if paired and truth is not motion else motion),
         "truth_root": truth.root_position,
     }
     packed = {

@@ -10,16 +10,16 @@ import numpy as np
 
 from configs.errors import InputError
 from datasets.imu.recording import read_imu_recording
-from datasets.imu.sensor_model import SENSOR_RATE
+from datasets.imu.sensor_model import SENSOR_RATE_HZ
 from datasets.motion.clip import FPS, BodyMotion
 from datasets.motion.kinematics import resample
-from datasets.retarget.joint_mapping import Mapping
-from datasets.retarget.performer_clip import read_capture
+from datasets.retarget.joint_mapping import JointMapping
+from datasets.retarget.performer_clip import load_performer_bvh
 from datasets.retarget.retarget import retarget
 
-SYNTHETIC = "synthetic"
-INDEX = "motions.csv"
-BVH, MVNX = ".bvh", ".mvnx"
+SYNTHETIC_SOURCE = "synthetic"
+INDEX_FILENAME = "motions.csv"
+BVH_SUFFIX, MVNX_SUFFIX = ".bvh", ".mvnx"
 ROUGH_GROUND_KINDS = ("stairs", "steps", "climb")  # need another ground than a flat one
 KINDS = (
     "walk", "run", "dash", "jog", "jump", "hop", "kick", "punch", "martial", "salsa", "dance", "indian", "bow", "bye",
@@ -28,7 +28,7 @@ KINDS = (
 
 
 @dataclass(frozen=True)
-class Recorded:
+class SourceMotion:
     """One clip of a source.
 
     Attributes:
@@ -50,12 +50,14 @@ class Credit:
     kind: str
 
 
-def load_clips(source: str | os.PathLike[str], mapping: Mapping | None = None, fps: float = FPS, seed: int = 0) -> list[BodyMotion]:
-    """Return the clips of a motion source; arguments and errors are those of ``load_recordings``."""
-    return [one.clip for one in load_recordings(source, mapping, fps, seed)]
+def load_clips(source: str | os.PathLike[str], mapping: JointMapping | None = None, fps: float = FPS, seed: int = 0) -> list[BodyMotion]:
+    """Return the clips of a motion source; arguments and errors are those of ``load_source_motions``."""
+    return [one.clip for one in load_source_motions(source, mapping, fps, seed)]
 
 
-def load_recordings(source: str | os.PathLike[str], mapping: Mapping | None = None, fps: float = FPS, seed: int = 0) -> list[Recorded]:
+def load_source_motions(
+    source: str | os.PathLike[str], mapping: JointMapping | None = None, fps: float = FPS, seed: int = 0
+) -> list[SourceMotion]:
     """Return the clips of a motion source, with the accelerations that an MVNX file holds.
 
     Args:
@@ -70,11 +72,11 @@ def load_recordings(source: str | os.PathLike[str], mapping: Mapping | None = No
     Raises:
         InputError: If there is no motion there, or a file is broken; names the file.
     """
-    if str(source) == SYNTHETIC:
+    if str(source) == SYNTHETIC_SOURCE:
         from datasets.synthetic.clips import synthetic_clips  # slow to make, so not imported by those who read files
 
-        return [Recorded(resample(clip, fps)) for clip in synthetic_clips(seed=seed)]
-    paths = find_files(source)
+        return [SourceMotion(resample(clip, fps)) for clip in synthetic_clips(seed=seed)]
+    paths = find_motion_files(source)
     names, index = unique_names(paths), read_index(paths[0])
     recordings = []
     for path, name in zip(paths, names, strict=True):
@@ -84,17 +86,17 @@ def load_recordings(source: str | os.PathLike[str], mapping: Mapping | None = No
     return recordings
 
 
-def _read(path: Path, mapping: Mapping | None, fps: float) -> Recorded:
+def _read(path: Path, mapping: JointMapping | None, fps: float) -> SourceMotion:
     """Return the clip of a file; accelerations last as long as the clip at its new rate."""
-    if path.suffix.lower() != MVNX:
-        return Recorded(resample(retarget(read_capture(path, mapping)).motion, fps))
+    if path.suffix.lower() != MVNX_SUFFIX:
+        return SourceMotion(resample(retarget(load_performer_bvh(path, mapping)).motion, fps))
     recording = read_imu_recording(path, mapping)
     clip = resample(recording.motion, fps)
-    samples = int(np.floor((len(clip) - 1) / fps * SENSOR_RATE + 1e-6)) + 1
-    return Recorded(clip, recording.accelerations[:samples])
+    samples = int(np.floor((len(clip) - 1) / fps * SENSOR_RATE_HZ + 1e-6)) + 1
+    return SourceMotion(clip, recording.accelerations[:samples])
 
 
-def find_files(source: str | os.PathLike[str]) -> list[Path]:
+def find_motion_files(source: str | os.PathLike[str]) -> list[Path]:
     """Return the motion files of a source, sorted by path; of a BVH and an MVNX of one name beside each other the MVNX, which holds more.
 
     Raises:
@@ -102,14 +104,18 @@ def find_files(source: str | os.PathLike[str]) -> list[Path]:
     """
     path = Path(source)
     if not path.exists():
-        raise InputError(f"{path}: no such file or folder; a motion source is a BVH or MVNX file, a folder of them, or '{SYNTHETIC}'")
+        raise InputError(
+            f"{path}: no such file or folder; a motion source is a BVH or MVNX file, a folder of them, or '{SYNTHETIC_SOURCE}'"
+        )
     if path.is_file():
         return [path]
-    files = sorted(file for file in path.rglob("*") if file.suffix.lower() in (BVH, MVNX) and file.is_file())
+    files = sorted(file for file in path.rglob("*") if file.suffix.lower() in (BVH_SUFFIX, MVNX_SUFFIX) and file.is_file())
     if not files:
-        raise InputError(f"{path}: no BVH or MVNX file here or below; a motion source is such a file, a folder of them, or '{SYNTHETIC}'")
-    richer = {file.with_suffix("") for file in files if file.suffix.lower() == MVNX}
-    return [file for file in files if file.suffix.lower() == MVNX or file.with_suffix("") not in richer]
+        raise InputError(
+            f"{path}: no BVH or MVNX file here or below; a motion source is such a file, a folder of them, or '{SYNTHETIC_SOURCE}'"
+        )
+    richer = {file.with_suffix("") for file in files if file.suffix.lower() == MVNX_SUFFIX}
+    return [file for file in files if file.suffix.lower() == MVNX_SUFFIX or file.with_suffix("") not in richer]
 
 
 def read_index(path: Path) -> dict[Path, Credit]:
@@ -118,14 +124,16 @@ def read_index(path: Path) -> dict[Path, Credit]:
     Raises:
         InputError: If the index lacks a column.
     """
-    folder = next((folder for folder in path.resolve().parents if (folder / INDEX).is_file()), None)
+    folder = next((folder for folder in path.resolve().parents if (folder / INDEX_FILENAME).is_file()), None)
     if folder is None:
         return {}
-    with (folder / INDEX).open(encoding="utf-8", newline="") as file:
+    with (folder / INDEX_FILENAME).open(encoding="utf-8", newline="") as file:
         rows = csv.DictReader(file)
         missing = {"path", "system", "subject", "motion"} - set(rows.fieldnames or ())
         if missing:
-            raise InputError(f"{folder / INDEX}: lacks the column {', '.join(sorted(missing))}; path, system, subject, motion are needed")
+            raise InputError(
+                f"{folder / INDEX_FILENAME}: lacks the column {', '.join(sorted(missing))}; path, system, subject, motion are needed"
+            )
         return {(folder / row["path"]).resolve(): Credit(row["subject"], row["system"], _kind(row["motion"])) for row in rows}
 
 

@@ -12,7 +12,7 @@ from datasets.library.motion_library import ClipInfo
 HOLDOUT_SHARE = 0.08  # of all frames that a held-out performer should have: enough to measure, little to miss
 
 
-def clip_weights(clips: Sequence[ClipInfo], suit_share: float) -> np.ndarray:
+def clip_sampling_weights(clips: Sequence[ClipInfo], suit_share: float) -> np.ndarray:
     """Return how often each clip is drawn: by length, with a fixed share for the clips of simulated suits.
 
     Args:
@@ -30,7 +30,7 @@ def clip_weights(clips: Sequence[ClipInfo], suit_share: float) -> np.ndarray:
     return shares * frames
 
 
-def choose_holdout(clips: Sequence[ClipInfo], wanted: str) -> str:
+def resolve_holdout(clips: Sequence[ClipInfo], wanted: str) -> str:
     """Return the performer to hold out, or "none".
 
     Args:
@@ -40,7 +40,7 @@ def choose_holdout(clips: Sequence[ClipInfo], wanted: str) -> str:
     Raises:
         InputError: If there is no such performer, or no other one.
     """
-    held_out = wanted if wanted != "auto" else pick_holdout(clips)
+    held_out = wanted if wanted != "auto" else auto_holdout(clips)
     performers = sorted({clip.performer for clip in clips})
     if held_out not in ("none", *performers):
         raise InputError(f"data.holdout is '{held_out}', should be auto, none or one of {', '.join(performers)}")
@@ -49,12 +49,12 @@ def choose_holdout(clips: Sequence[ClipInfo], wanted: str) -> str:
     return held_out
 
 
-def identity(clips: Sequence[ClipInfo]) -> str:
+def clips_fingerprint(clips: Sequence[ClipInfo]) -> str:
     """Return what tells a set of clips from another: a resumed run must go on with the same."""
     return hashlib.sha256(json.dumps([(clip.name, clip.frames) for clip in clips]).encode()).hexdigest()
 
 
-def pick_holdout(clips: Sequence[ClipInfo]) -> str:
+def auto_holdout(clips: Sequence[ClipInfo]) -> str:
     """Return the performer to hold out for model selection: whose share of the frames is nearest to 8 %; "none" of one.
 
     Beside real performers those who are made up are not chosen: nothing is learnt from doing well on them.

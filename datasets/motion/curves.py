@@ -32,7 +32,7 @@ def _ramp(u: np.ndarray, width: float) -> np.ndarray:
     return 0.5 * (inside - width / np.pi * np.sin(np.pi * inside / width)) + np.maximum(u - width, 0.0)
 
 
-def keyframes(t: np.ndarray, times: np.ndarray, values: np.ndarray) -> np.ndarray:
+def interpolate_keyframes(t: np.ndarray, times: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return the curve that rests at every key and moves between neighbours with minimum jerk.
 
     Args:
@@ -57,13 +57,13 @@ def smooth_noise(t: np.ndarray, rng: np.random.Generator, size: int, period: flo
     return np.sin(2.0 * np.pi * t[:, None, None] / periods + phases).sum(axis=1) / np.sqrt(2.0)
 
 
-def smoothed(x: np.ndarray, frames: float) -> np.ndarray:
+def smooth_gaussian(x: np.ndarray, frames: float) -> np.ndarray:
     """Return ``x`` smoothed along time by a Gaussian of ``frames`` standard deviation, ends held."""
     return gaussian_filter1d(x, frames, axis=0, mode="nearest")
 
 
 def smooth_below(limit: np.ndarray, frames: float) -> np.ndarray:
     """Return a smooth curve under ``limit`` (T,): smoothed by a Gaussian, and lowered around where that is not under it."""
-    smooth = smoothed(limit, frames)
+    smooth = smooth_gaussian(limit, frames)
     window = int(3 * frames)
-    return smooth - smoothed(maximum_filter1d(np.maximum(smooth - limit, 0.0), 2 * window + 1, mode="nearest"), frames)
+    return smooth - smooth_gaussian(maximum_filter1d(np.maximum(smooth - limit, 0.0), 2 * window + 1, mode="nearest"), frames)

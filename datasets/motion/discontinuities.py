@@ -8,10 +8,10 @@ import numpy as np
 from datasets.motion.clip import BodyMotion
 from datasets.motion.kinematics import body_poses
 
-MAX_ACCELERATION = 1000.0  # m/s^2 relative to the pelvis; a kick reaches about half of it, marker swaps exceed it
+MAX_ACCELERATION_M_S2 = 1000.0  # m/s^2 relative to the pelvis; a kick reaches about half of it, marker swaps exceed it
 
 
-def jump_frames(positions: np.ndarray, fps: float) -> np.ndarray:
+def find_discontinuities(positions: np.ndarray, fps: float) -> np.ndarray:
     """Return the frames in which a body accelerates impossibly against the pelvis.
 
     Args:
@@ -19,15 +19,15 @@ def jump_frames(positions: np.ndarray, fps: float) -> np.ndarray:
         fps: Frames per second.
     """
     acceleration = np.diff(positions - positions[:, :1], n=2, axis=0) * fps**2
-    return 1 + np.flatnonzero(np.linalg.norm(acceleration, axis=-1).max(axis=-1, initial=0.0) > MAX_ACCELERATION)
+    return 1 + np.flatnonzero(np.linalg.norm(acceleration, axis=-1).max(axis=-1, initial=0.0) > MAX_ACCELERATION_M_S2)
 
 
-def cut_at_jumps(motion: BodyMotion) -> list[BodyMotion]:
+def split_at_discontinuities(motion: BodyMotion) -> list[BodyMotion]:
     """Return the pieces of a clip between its jumps; the clip itself where it has none.
 
     Pieces are named like the clip, with "#" and their number from one.
     """
-    jumps = jump_frames(body_poses(motion)[0], motion.fps)
+    jumps = find_discontinuities(body_poses(motion)[0], motion.fps)
     if not len(jumps):
         return [motion]
     bounds = np.concat([[-1], jumps, [len(motion)]])

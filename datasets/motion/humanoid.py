@@ -12,11 +12,11 @@ from warnings import catch_warnings
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from datasets.motion.rotation import about_axis, multiply
+from datasets.motion.rotation import from_axis_angle, multiply
 from datasets.motion.skeleton import Skeleton
 
-MASS = 72.0  # kg
-LOCKED = 1e-6  # cosine of a middle angle below which the outer two hinges of three turn about one axis
+TOTAL_MASS_KG = 72.0  # kg
+GIMBAL_LOCK_COSINE = 1e-6  # cosine of a middle angle below which the outer two hinges of three turn about one axis
 ANKLE_HEIGHT = 0.08  # m, of the foot's origin above its sole
 
 
@@ -92,23 +92,25 @@ BODIES: tuple[Body, ...] = (
     *_leg("r", -1.0),
 )  # fmt: skip
 
-NAMES: tuple[str, ...] = tuple(body.name for body in BODIES)
+BODY_NAMES: tuple[str, ...] = tuple(body.name for body in BODIES)
 SKELETON = Skeleton(
-    NAMES,
-    tuple(-1 if body.parent is None else NAMES.index(body.parent) for body in BODIES),
+    BODY_NAMES,
+    tuple(-1 if body.parent is None else BODY_NAMES.index(body.parent) for body in BODIES),
     np.array([body.offset for body in BODIES]),
 )
 BODY_COUNT = len(BODIES)
-SPINAL = (0, 1, 2, 3)  # pelvis, spine, chest, head
-HEAD = NAMES.index("head")
-FEET = tuple((NAMES.index(f"foot_{s}"), NAMES.index(f"toe_{s}")) for s in "lr")  # of each side the bodies that touch ground
+TRUNK_BODIES = (0, 1, 2, 3)  # pelvis, spine, chest, head
+HEAD_BODY = BODY_NAMES.index("head")
+FOOT_AND_TOE_BODIES = tuple(
+    (BODY_NAMES.index(f"foot_{s}"), BODY_NAMES.index(f"toe_{s}")) for s in "lr"
+)  # of each side the bodies that touch ground
 _SHARES = np.array([body.mass_share for body in BODIES])
-MASSES = MASS * _SHARES / _SHARES.sum()  # kg, (20,); published shares are rounded and sum to 1.002
-CENTRES = np.array([np.mean(body.shape.points, axis=0) for body in BODIES])  # of mass in the body's frame [m], (20, 3)
+BODY_MASSES_KG = TOTAL_MASS_KG * _SHARES / _SHARES.sum()  # kg, (20,); published shares are rounded and sum to 1.002
+BODY_COM_OFFSETS = np.array([np.mean(body.shape.points, axis=0) for body in BODIES])  # of mass in the body's frame [m], (20, 3)
 LEG_LENGTH = 0.42 + 0.41  # m, thigh and shin
 HINGES: tuple[tuple[int, str], ...] = tuple((b, axis) for b, body in enumerate(BODIES) for axis in body.hinges)
 HINGE_COUNT = len(HINGES)  # 43
-HINGE_NAMES: tuple[str, ...] = tuple(f"{NAMES[b]}_{axis}" for b, axis in HINGES)
+HINGE_NAMES: tuple[str, ...] = tuple(f"{BODY_NAMES[b]}_{axis}" for b, axis in HINGES)
 _AXES = {"x": np.array([1.0, 0.0, 0.0]), "y": np.array([0.0, 1.0, 0.0]), "z": np.array([0.0, 0.0, 1.0])}
 
 
@@ -152,7 +154,7 @@ def _continuous(triples: np.ndarray, parity: float) -> np.ndarray:
     out = triples.copy()
     for before, now in pairwise(range(len(triples))):
         first, middle, last = triples[now]
-        if abs(np.cos(middle)) < LOCKED:
+        if abs(np.cos(middle)) < GIMBAL_LOCK_COSINE:
             kept = out[before, 2]
             first, last = first + parity * np.sign(middle) * (last - kept), kept
         candidates = np.array([(first, middle, last), (first + np.pi, np.pi - middle, last + np.pi)])
@@ -161,7 +163,7 @@ def _continuous(triples: np.ndarray, parity: float) -> np.ndarray:
     return out
 
 
-def local_rotations(root_rotation: np.ndarray, angles: np.ndarray) -> np.ndarray:
+def rotations_from_hinges(root_rotation: np.ndarray, angles: np.ndarray) -> np.ndarray:
     """Return the local rotations that the hinges make: the inverse of ``hinge_angles``.
 
     Args:
@@ -176,5 +178,5 @@ def local_rotations(root_rotation: np.ndarray, angles: np.ndarray) -> np.ndarray
     rotations = [identity] * BODY_COUNT
     rotations[0] = root_rotation
     for hinge, (body, axis) in enumerate(HINGES):
-        rotations[body] = multiply(rotations[body], about_axis(_AXES[axis], angles[..., hinge]))
+        rotations[body] = multiply(rotations[body], from_axis_angle(_AXES[axis], angles[..., hinge]))
     return np.stack(rotations, axis=-2)

@@ -6,15 +6,15 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from datasets.motion.clip import BodyMotion, Motion
-from datasets.motion.humanoid import ANKLE_HEIGHT, BODIES, CENTRES, FEET, MASSES, SKELETON
+from datasets.motion.humanoid import ANKLE_HEIGHT, BODIES, BODY_COM_OFFSETS, BODY_MASSES_KG, FOOT_AND_TOE_BODIES, SKELETON
 from datasets.motion.rotation import conjugate, multiply, normalise, rotate, to_rotation_vector
 from datasets.motion.skeleton import forward_kinematics
 
-SAME_LEVEL = 0.08  # m; soles that stand higher than that stand on something
+MAX_LEVEL_DIFFERENCE_M = 0.08  # m; soles that stand higher than that stand on something
 
 # Heel, ball and toe tip of both feet in their bodies [m]. The ball is the rear of the toes, which rest while a foot rolls over them.
-SOLE_BODIES = [body for foot, toe in FEET for body in (foot, toe, toe)]
-SOLES = np.array(2 * [[-0.06, 0.0, -ANKLE_HEIGHT], [0.0, 0.0, -0.02], [0.07, 0.0, -0.02]])
+SOLE_BODIES = [body for foot, toe in FOOT_AND_TOE_BODIES for body in (foot, toe, toe)]
+SOLE_POINT_OFFSETS = np.array(2 * [[-0.06, 0.0, -ANKLE_HEIGHT], [0.0, 0.0, -0.02], [0.07, 0.0, -0.02]])
 _ROLL = 0.01  # m, above a foot's lowest sole point, at which another one still carries it: smoothly, so that feet can roll
 
 
@@ -63,11 +63,11 @@ def angular_velocity(rotations: np.ndarray, fps: float) -> np.ndarray:
 
 def centre_of_mass(positions: np.ndarray, rotations: np.ndarray) -> np.ndarray:
     """Return the body's centre of mass (..., 3) [m] from the 20 bodies' origins (..., 20, 3) and rotations (..., 20, 4)."""
-    centres = positions + rotate(rotations, np.broadcast_to(CENTRES, positions.shape))
-    return np.einsum("b,...bc->...c", MASSES / MASSES.sum(), centres)
+    centres = positions + rotate(rotations, np.broadcast_to(BODY_COM_OFFSETS, positions.shape))
+    return np.einsum("b,...bc->...c", BODY_MASSES_KG / BODY_MASSES_KG.sum(), centres)
 
 
-def lowest_points(positions: np.ndarray, rotations: np.ndarray) -> np.ndarray:
+def lowest_point_heights(positions: np.ndarray, rotations: np.ndarray) -> np.ndarray:
     """Return the height (..., 20) [m] of the lowest point of each body's shape."""
     heights = []
     for index, body in enumerate(BODIES):
@@ -85,7 +85,7 @@ def sole_points(positions: np.ndarray, rotations: np.ndarray) -> np.ndarray:
         positions: Origins of the 20 bodies [m], shape (..., 20, 3).
         rotations: Of the 20 bodies in the world, wxyz, shape (..., 20, 4).
     """
-    points = positions[..., SOLE_BODIES, :] + rotate(rotations[..., SOLE_BODIES, :], SOLES)
+    points = positions[..., SOLE_BODIES, :] + rotate(rotations[..., SOLE_BODIES, :], SOLE_POINT_OFFSETS)
     return points.reshape(*points.shape[:-2], 2, 3, 3)
 
 
@@ -107,7 +107,7 @@ def support_steps(soles: np.ndarray) -> np.ndarray:
     return np.concat([horizontal, np.diff(lowest, axis=0)[..., None]], axis=-1)
 
 
-def continuous(rotations: np.ndarray) -> np.ndarray:
+def align_quaternion_signs(rotations: np.ndarray) -> np.ndarray:
     """Return the same rotations (T, ..., 4) with signs that never flip from frame to frame."""
     flips = np.where(np.sum(rotations[1:] * rotations[:-1], axis=-1) < 0, -1.0, 1.0)
     return np.concat([rotations[:1], rotations[1:] * np.cumprod(flips, axis=0)[..., None]])
@@ -139,14 +139,14 @@ def resample_to(motion: BodyMotion, frames: int, fps: float) -> BodyMotion:
     old = np.arange(len(motion)) / motion.fps
     new = np.minimum(np.arange(frames) / fps, old[-1])
     root = CubicSpline(old, motion.root_position)(new)
-    rotations = normalise(CubicSpline(old, continuous(motion.local_rotations))(new))
+    rotations = normalise(CubicSpline(old, align_quaternion_signs(motion.local_rotations))(new))
     return replace(motion, root_position=root, local_rotations=rotations, fps=fps)
 
 
 _GROUND_PERCENTILE = 20.0  # of the lowest point is put on the ground; so chosen that clips sink in as deep as those of real suits
 
 
-def on_ground(motion: BodyMotion) -> BodyMotion:
+def place_on_ground(motion: BodyMotion) -> BodyMotion:
     """Return a clip of level ground with its feet on it, as deep as those of real suits' clips after retargeting."""
-    lift = -np.percentile(lowest_points(*body_poses(motion)).min(axis=-1), _GROUND_PERCENTILE)
+    lift = -np.percentile(lowest_point_heights(*body_poses(motion)).min(axis=-1), _GROUND_PERCENTILE)
     return replace(motion, root_position=motion.root_position + np.array([0.0, 0.0, lift]))

@@ -3,14 +3,14 @@
 from dataclasses import replace
 
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import NAMES
+from datasets.motion.humanoid import BODY_NAMES
 
 # Of each body the one on the other side; bodies in the middle are their own.
 _PARTNERS = {"_l": "_r", "_r": "_l"}
-_OTHER_SIDE = [NAMES.index(name[:-2] + _PARTNERS.get(name[-2:], name[-2:])) for name in NAMES]
+_OTHER_SIDE = [BODY_NAMES.index(name[:-2] + _PARTNERS.get(name[-2:], name[-2:])) for name in BODY_NAMES]
 
 
-def mirrored(motion: BodyMotion) -> BodyMotion:
+def mirror_motion(motion: BodyMotion) -> BodyMotion:
     """Return the clip seen in a mirror that stands along x: y becomes -y, and the sides of the body change places."""
     # A mirror at y = 0 keeps turns about y and reverses those about x and z. At rest every body is its partner's mirror image.
     return replace(

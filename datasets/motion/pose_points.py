@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from datasets.motion.humanoid import BODY_COUNT, CENTRES, MASSES, SKELETON
-from datasets.motion.kinematics import SOLE_BODIES, SOLES
+from datasets.motion.humanoid import BODY_COM_OFFSETS, BODY_COUNT, BODY_MASSES_KG, SKELETON
+from datasets.motion.kinematics import SOLE_BODIES, SOLE_POINT_OFFSETS
 from datasets.motion.rotation import to_matrix
 
 
@@ -58,10 +58,10 @@ def _combinations() -> np.ndarray:
         joints[body] = joints[parent]
         joints[body, parent] += SKELETON.offsets[body]
     soles = joints[SOLE_BODIES]
-    soles[np.arange(len(soles)), SOLE_BODIES] += SOLES
+    soles[np.arange(len(soles)), SOLE_BODIES] += SOLE_POINT_OFFSETS
     centres = joints.copy()
-    centres[np.arange(BODY_COUNT), np.arange(BODY_COUNT)] += CENTRES
-    centre = np.tensordot(MASSES / MASSES.sum(), centres, axes=1)
+    centres[np.arange(BODY_COUNT), np.arange(BODY_COUNT)] += BODY_COM_OFFSETS
+    centre = np.tensordot(BODY_MASSES_KG / BODY_MASSES_KG.sum(), centres, axes=1)
     return np.concat([joints, soles, centre[None]]).reshape(-1, 3 * BODY_COUNT)
 
 

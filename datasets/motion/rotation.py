@@ -13,7 +13,7 @@ Array = Any  # a NumPy array or a torch tensor, of one kind within a call
 _NUMPY = np.ndarray | np.generic
 
 
-def namespace(x: Array) -> ModuleType:
+def array_namespace(x: Array) -> ModuleType:
     """Return the module whose functions work on ``x``: numpy or torch."""
     return np if isinstance(x, _NUMPY) else sys.modules["torch"]
 
@@ -29,12 +29,12 @@ class Constant:
 
     def like(self, x: Array) -> Array:
         """Return the numbers for a calculation with ``x``; a tensor is made once for each device and type."""
-        if namespace(x) is np:
+        if array_namespace(x) is np:
             return self._values
         key = (x.device, x.dtype)
         if key not in self._tensors:
             own = None if self._values.dtype.kind == "i" else x.dtype
-            self._tensors[key] = namespace(x).tensor(self._values, device=x.device, dtype=own)
+            self._tensors[key] = array_namespace(x).tensor(self._values, device=x.device, dtype=own)
         return self._tensors[key]
 
 
@@ -56,7 +56,7 @@ def multiply(a: Array, b: Array) -> Array:
     Returns:
         Quaternions, shape (..., 4).
     """
-    xp = namespace(a)
+    xp = array_namespace(a)
     aw, ax, ay, az = a[..., 0], a[..., 1], a[..., 2], a[..., 3]
     bw, bx, by, bz = b[..., 0], b[..., 1], b[..., 2], b[..., 3]
     return xp.stack(
@@ -72,12 +72,12 @@ def multiply(a: Array, b: Array) -> Array:
 
 def conjugate(q: Array) -> Array:
     """Return the inverse rotations, shape (..., 4)."""
-    return namespace(q).concat([q[..., :1], -q[..., 1:]], axis=-1)
+    return array_namespace(q).concat([q[..., :1], -q[..., 1:]], axis=-1)
 
 
 def cross(a: Array, b: Array) -> Array:
     """Return the cross products of vectors of shape (..., 3); much quicker than ``numpy.cross`` on small arrays."""
-    xp = namespace(a)
+    xp = array_namespace(a)
     ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
     bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
     return xp.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
@@ -92,13 +92,13 @@ def rotate(q: Array, v: Array) -> Array:
 
 def normalise(q: Array) -> Array:
     """Return quaternions of unit length."""
-    xp = namespace(q)
+    xp = array_namespace(q)
     return q / xp.sqrt(xp.sum(q * q, axis=-1))[..., None]
 
 
 def to_matrix(q: Array) -> Array:
     """Return rotation matrices (..., 3, 3), whose columns are the rotated axes."""
-    xp = namespace(q)
+    xp = array_namespace(q)
     w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
     rows = [
         xp.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], axis=-1),
@@ -108,9 +108,9 @@ def to_matrix(q: Array) -> Array:
     return xp.stack(rows, axis=-2)
 
 
-def angle(q: Array) -> Array:
+def rotation_angle(q: Array) -> Array:
     """Return the angle [rad] in [0, pi] of each rotation, shape (...)."""
-    xp = namespace(q)
+    xp = array_namespace(q)
     sine = xp.sqrt(xp.sum(q[..., 1:] ** 2, axis=-1))
     return 2.0 * xp.arctan2(sine, abs(q[..., 0]))
 
@@ -118,27 +118,27 @@ def angle(q: Array) -> Array:
 def heading(q: Array) -> Array:
     """Return the yaw [rad] of the rotated x axis about the vertical, shape (...)."""
     w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
-    return namespace(q).arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z))
+    return array_namespace(q).arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z))
 
 
-def about_axis(axis: Array, radians: Array) -> Array:
+def from_axis_angle(axis: Array, radians: Array) -> Array:
     """Return rotations by ``radians`` (...) about unit ``axis`` (..., 3)."""
-    xp = namespace(radians)
+    xp = array_namespace(radians)
     half = 0.5 * radians[..., None]
     return xp.concat([xp.cos(half), axis * xp.sin(half)], axis=-1)
 
 
 def from_rotation_vector(v: Array) -> Array:
     """Return the rotations of the rotation vectors ``v`` (..., 3) [rad]."""
-    xp = namespace(v)
+    xp = array_namespace(v)
     radians = xp.sqrt(xp.sum(v * v, axis=-1))
     safe = xp.where(radians > 1e-12, radians, xp.ones_like(radians))
-    return about_axis(v / safe[..., None], radians)
+    return from_axis_angle(v / safe[..., None], radians)
 
 
 def to_rotation_vector(q: Array) -> Array:
     """Return the shortest rotation vectors (..., 3) [rad] of the rotations ``q``."""
-    xp = namespace(q)
+    xp = array_namespace(q)
     q = xp.where(q[..., :1] < 0, -q, q)
     sine = xp.sqrt(xp.sum(q[..., 1:] ** 2, axis=-1))
     radians = 2.0 * xp.arctan2(sine, q[..., 0])

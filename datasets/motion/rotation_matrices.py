@@ -19,13 +19,13 @@ _TO_MATRIX, _TO_PRODUCTS = _PRODUCTS_TO_MATRIX.reshape(16, 9), _MATRIX_TO_PRODUC
 _ONE = np.eye(4).reshape(16)
 
 
-def matrices(q: np.ndarray) -> np.ndarray:
+def quaternions_to_matrices(q: np.ndarray) -> np.ndarray:
     """Return the rotation matrices (..., 3, 3) of unit quaternions (..., 4)."""
     products = (q[..., :, None] * q[..., None, :]).reshape(*q.shape[:-1], 16)
     return (products @ _TO_MATRIX).reshape(*q.shape[:-1], 3, 3)
 
 
-def quaternions(m: np.ndarray) -> np.ndarray:
+def matrices_to_quaternions(m: np.ndarray) -> np.ndarray:
     """Return the unit quaternions (..., 4) of rotation matrices (..., 3, 3), the largest part of each positive."""
     products = (m.reshape(-1, 9) @ _TO_PRODUCTS + _ONE).reshape(-1, 4, 4)
     largest = np.argmax(products[:, range(4), range(4)], axis=1)

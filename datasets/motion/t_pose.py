@@ -19,4 +19,4 @@ _ENDS = [
 ]  # heights over the pelvis of the shapes' points, and what grows around them  # fmt: skip
 PELVIS_HEIGHT = -float(min(height - radius for height, radius in _ENDS))  # m, over the soles
 STANDING_HEIGHT = PELVIS_HEIGHT + float(max(height + radius for height, radius in _ENDS))  # m, from sole to crown
-T_POSE = _PLACES + np.array([0.0, 0.0, PELVIS_HEIGHT])  # m, of the 20 bodies' origins, (20, 3)
+T_POSE_POSITIONS = _PLACES + np.array([0.0, 0.0, PELVIS_HEIGHT])  # m, of the 20 bodies' origins, (20, 3)

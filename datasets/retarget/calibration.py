@@ -12,20 +12,25 @@ from scipy.spatial.transform import Rotation
 
 from datasets.motion.humanoid import LEG_LENGTH
 from datasets.motion.kinematics import linear_velocity
-from datasets.motion.rotation import about_axis, conjugate, cross, multiply, rotate
+from datasets.motion.rotation import conjugate, cross, from_axis_angle, multiply, rotate
 from datasets.motion.skeleton import forward_kinematics
-from datasets.motion.vectors import between, from_axes, unit_vector
-from datasets.retarget.performer_clip import Capture
+from datasets.motion.vectors import rotation_between, rotation_from_axes, unit_vector
+from datasets.retarget.performer_clip import PerformerClip
 
 TORSO = ("pelvis", "spine", "chest", "head", "collar_l", "collar_r")
 # Joint, next joint, the one after, and the axis about which it bends at rest, (upper segment) x (lower segment)
-HINGED: dict[str, tuple[str, str, tuple[float, float, float]]] = {
+LIMB_HINGES: dict[str, tuple[str, str, tuple[float, float, float]]] = {
     "thigh_l": ("shin_l", "foot_l", (0.0, 1.0, 0.0)),
     "thigh_r": ("shin_r", "foot_r", (0.0, 1.0, 0.0)),
     "upper_arm_l": ("forearm_l", "hand_l", (0.0, 0.0, -1.0)),
     "upper_arm_r": ("forearm_r", "hand_r", (0.0, 0.0, 1.0)),
 }
-BONES = {"thigh_l": (0, 0, -1.0), "thigh_r": (0, 0, -1.0), "upper_arm_l": (0, 1.0, 0), "upper_arm_r": (0, -1.0, 0)}  # at rest
+REST_BONE_DIRECTIONS = {
+    "thigh_l": (0, 0, -1.0),
+    "thigh_r": (0, 0, -1.0),
+    "upper_arm_l": (0, 1.0, 0),
+    "upper_arm_r": (0, -1.0, 0),
+}  # at rest
 UPRIGHT_SHARE = 0.3  # of the frames, the most upright ones, that stand in for a rest pose
 PRIOR_WEIGHT = 0.02  # of the rest pose's hinge axis; a steady bend of 8 degrees weighs as much
 STANCE_SPEED = 0.25  # m/s
@@ -41,72 +46,72 @@ _CUBE = np.array([
 
 
 @dataclass(frozen=True)
-class Calibration:
+class PerformerCalibration:
     """Constant rotations of a clip.
 
     Attributes:
         frames: Body -> rotation from the body's frame to its joint's frame, wxyz, of torso, feet and toes.
         axes: Body -> axis in its joint's frame about which the next joint bends, of thighs and upper arms.
         rest_is_human: Whether the rest pose was usable.
-        stands: Frames in which the left and the right foot stand; they fixed the soles, shape (T, 2).
+        stance_mask: Frames in which the left and the right foot stand; they fixed the soles, shape (T, 2).
     """
 
     frames: dict[str, np.ndarray]
     axes: dict[str, np.ndarray]
     rest_is_human: bool
-    stands: np.ndarray
+    stance_mask: np.ndarray
 
 
 @dataclass(frozen=True)
-class World:
+class WorldPoses:
     """Poses in the world by body name: positions (T, 3) in our size [m] and rotations (T, 4), of bodies with a joint."""
 
     positions: dict[str, np.ndarray]
     rotations: dict[str, np.ndarray]
 
 
-def calibrate(capture: Capture, world: World, foot_tips: dict[str, np.ndarray]) -> Calibration:
+def calibrate_performer(performer_clip: PerformerClip, world: WorldPoses, foot_tips: dict[str, np.ndarray]) -> PerformerCalibration:
     """Return the constant rotations of a clip.
 
     Args:
-        capture: The clip.
+        performer_clip: The clip.
         world: Its joints' poses in the world.
         foot_tips: For "foot_l" and "foot_r" a point ahead of the ankle, in the ankle joint's frame [m], shape (3,).
 
     Returns:
         Rotations for all bodies whose joints the clip has.
     """
-    rest = _rest_world(capture)
+    rest = _rest_world(performer_clip)
     rest_is_human = _is_standing(rest)
     reference = rest if rest_is_human else _upright_frames(world)
     forward = _body_frame(reference)
     frames = {body: _mean_relative(reference.rotations[body], forward) for body in TORSO if body in reference.rotations}
     if not rest_is_human:
         frames = {body: _snap(frame) for body, frame in frames.items()}
-    axes = {body: _bend_axis(body, world, reference, forward) for body in HINGED}
-    stands = np.stack([_stance(side, world, foot_tips[f"foot_{side}"], capture.motion.fps) for side in "lr"], axis=-1)
+    axes = {body: _bend_axis(body, world, reference, forward) for body in LIMB_HINGES}
+    stands = np.stack([_stance(side, world, foot_tips[f"foot_{side}"], performer_clip.motion.fps) for side in "lr"], axis=-1)
     for side, standing in zip("lr", stands.T, strict=True):
-        enough = standing.sum() >= STANCE_SECONDS * capture.motion.fps
+        enough = standing.sum() >= STANCE_SECONDS * performer_clip.motion.fps
         frames |= _sole(side, _frames(world, standing) if enough else reference, foot_tips[f"foot_{side}"])
-    return Calibration(_equal_slopes(frames, foot_tips), axes, rest_is_human, stands)
+    return PerformerCalibration(_equal_slopes(frames, foot_tips), axes, rest_is_human, stands)
 
 
-def _rest_world(capture: Capture) -> World:
+def _rest_world(performer_clip: PerformerClip) -> WorldPoses:
     """Return the rest pose as a clip of one frame."""
-    skeleton = capture.motion.skeleton
+    skeleton = performer_clip.motion.skeleton
     still = np.zeros((1, len(skeleton.names), 4))
     still[..., 0] = 1.0
     positions, rotations = forward_kinematics(skeleton.parents, skeleton.offsets[None], still)
-    roles = capture.roles.items()
-    return World({body: positions[:, joint] for body, joint in roles}, {body: rotations[:, joint] for body, joint in roles})
+    roles = performer_clip.joint_map.items()
+    return WorldPoses({body: positions[:, joint] for body, joint in roles}, {body: rotations[:, joint] for body, joint in roles})
 
 
-def _lateral(world: World) -> np.ndarray:
+def _lateral(world: WorldPoses) -> np.ndarray:
     """Return the vectors (T, 3) from the right hip to the left hip."""
     return world.positions["thigh_l"] - world.positions["thigh_r"]
 
 
-def _is_standing(rest: World) -> bool:
+def _is_standing(rest: WorldPoses) -> bool:
     """Return whether a pose of one frame is that of a standing human: feet below hips below head, left as right."""
     at = {body: position[0] for body, position in rest.positions.items()}
     hips, ankles = (0.5 * (at[f"{part}_l"] + at[f"{part}_r"]) for part in ("thigh", "foot"))
@@ -122,15 +127,15 @@ def _is_standing(rest: World) -> bool:
     )
 
 
-def _body_frame(world: World) -> np.ndarray:
+def _body_frame(world: WorldPoses) -> np.ndarray:
     """Return for each frame the rotation (T, 4) of an upright body whose left hip is to the left."""
     y = _lateral(world) * (1.0, 1.0, 0.0)
     y = unit_vector(y)
     z = np.broadcast_to((0.0, 0.0, 1.0), y.shape)
-    return from_axes(cross(y, z), y, z)
+    return rotation_from_axes(cross(y, z), y, z)
 
 
-def _upright_frames(world: World) -> World:
+def _upright_frames(world: WorldPoses) -> WorldPoses:
     """Return the clip's most upright frames: torso vertical, legs straight below the hips, pelvis level."""
     at, lateral = world.positions, _lateral(world)
     torso = unit_vector(at["head"] - at["pelvis"])[:, 2]
@@ -139,9 +144,9 @@ def _upright_frames(world: World) -> World:
     return _frames(world, score >= np.quantile(score, 1.0 - UPRIGHT_SHARE))
 
 
-def _frames(world: World, chosen: np.ndarray) -> World:
+def _frames(world: WorldPoses, chosen: np.ndarray) -> WorldPoses:
     """Return the frames that a mask (T,) chooses."""
-    return World({b: p[chosen] for b, p in world.positions.items()}, {b: r[chosen] for b, r in world.rotations.items()})
+    return WorldPoses({b: p[chosen] for b, p in world.positions.items()}, {b: r[chosen] for b, r in world.rotations.items()})
 
 
 def _mean_rotation(rotations: np.ndarray) -> np.ndarray:
@@ -164,11 +169,11 @@ def _snap(rotation: np.ndarray) -> np.ndarray:
     return Rotation.from_matrix(nearest).as_quat(scalar_first=True)
 
 
-def _bend_axis(body: str, world: World, reference: World, forward: np.ndarray) -> np.ndarray:
+def _bend_axis(body: str, world: WorldPoses, reference: WorldPoses, forward: np.ndarray) -> np.ndarray:
     """Return the axis (3,) in the joint's frame about which the limb bends, each frame weighted by how far it is bent."""
-    middle, end, axis = HINGED[body]
+    middle, end, axis = LIMB_HINGES[body]
     bone = unit_vector(reference.positions[middle] - reference.positions[body])
-    turned = multiply(between(rotate(forward, np.broadcast_to(BONES[body], bone.shape)), bone), forward)
+    turned = multiply(rotation_between(rotate(forward, np.broadcast_to(REST_BONE_DIRECTIONS[body], bone.shape)), bone), forward)
     prior = rotate(conjugate(reference.rotations[body]), rotate(turned, np.broadcast_to(axis, bone.shape))).mean(axis=0)
     upper = unit_vector(world.positions[middle] - world.positions[body])
     bend = rotate(conjugate(world.rotations[body]), cross(upper, unit_vector(world.positions[end] - world.positions[middle])))
@@ -176,7 +181,7 @@ def _bend_axis(body: str, world: World, reference: World, forward: np.ndarray) -
     return unit_vector(weighted + PRIOR_WEIGHT * prior)
 
 
-def _sole(side: str, flat: World, tip: np.ndarray) -> dict[str, np.ndarray]:
+def _sole(side: str, flat: WorldPoses, tip: np.ndarray) -> dict[str, np.ndarray]:
     """Return the frames of one side's foot and toe from poses in which the sole is flat on average; ``tip`` is ahead."""
     foot, toe = f"foot_{side}", f"toe_{side}"
     q = flat.rotations[foot]
@@ -187,11 +192,11 @@ def _sole(side: str, flat: World, tip: np.ndarray) -> dict[str, np.ndarray]:
     if np.linalg.norm(cross(tip, z)) < MIN_TIP:
         tip = rotate(conjugate(q), rotate(_body_frame(flat), np.broadcast_to((1.0, 0.0, 0.0), up.shape))).mean(axis=0)
     x = unit_vector(tip - (tip @ z) * z)
-    frames = {foot: from_axes(x, cross(z, x), z)}
+    frames = {foot: rotation_from_axes(x, cross(z, x), z)}
     if toe in flat.rotations:
         ahead = rotate(multiply(q, np.broadcast_to(frames[foot], q.shape)), np.broadcast_to((1.0, 0.0, 0.0), up.shape))
         x, z = unit_vector(ahead * (1.0, 1.0, 0.0)), np.broadcast_to((0.0, 0.0, 1.0), up.shape)
-        frames[toe] = _mean_relative(flat.rotations[toe], from_axes(x, cross(z, x), z))
+        frames[toe] = _mean_relative(flat.rotations[toe], rotation_from_axes(x, cross(z, x), z))
     return frames
 
 
@@ -203,10 +208,10 @@ def _equal_slopes(frames: dict[str, np.ndarray], foot_tips: dict[str, np.ndarray
     difference = slopes[steep] - slopes[flat]
     if difference < MAX_SLOPE_DIFFERENCE:
         return frames
-    return frames | {steep: multiply(frames[steep], about_axis(np.array([0.0, 1.0, 0.0]), np.array(difference)))}
+    return frames | {steep: multiply(frames[steep], from_axis_angle(np.array([0.0, 1.0, 0.0]), np.array(difference)))}
 
 
-def _stance(side: str, world: World, tip: np.ndarray, fps: float) -> np.ndarray:
+def _stance(side: str, world: WorldPoses, tip: np.ndarray, fps: float) -> np.ndarray:
     """Return the frames (T,) in which a foot is slow, heel and ball, and no higher than the other."""
     ankle, q = world.positions[f"foot_{side}"], world.rotations[f"foot_{side}"]
     ball = ankle + rotate(q, np.broadcast_to(tip, ankle.shape))

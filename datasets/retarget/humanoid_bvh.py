@@ -4,15 +4,15 @@ import numpy as np
 
 from datasets.formats.bvh import Bvh, channel_values
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import CENTRES, NAMES, SKELETON
-from datasets.retarget.performer_clip import AXES, UNITS
+from datasets.motion.humanoid import BODY_COM_OFFSETS, BODY_NAMES, SKELETON
+from datasets.retarget.performer_clip import AXES_BY_UP_AXIS, METRES_PER_UNIT
 
-UNIT, UP = UNITS["cm"], "y"
+UNIT, UP = METRES_PER_UNIT["cm"], "y"
 _TURNS = ("Zrotation", "Xrotation", "Yrotation")
 _CHANNELS = ("Xposition", "Yposition", "Zposition", *_TURNS)
 
 
-def bvh_of(motion: BodyMotion) -> Bvh:
+def to_humanoid_bvh(motion: BodyMotion) -> Bvh:
     """Return a clip as BVH: centimetres, Y up, joints called as the bodies are, the T-pose at zero rotation.
 
     Args:
@@ -21,24 +21,24 @@ def bvh_of(motion: BodyMotion) -> Bvh:
     Returns:
         20 joints, of which all but the pelvis only turn; leaves end at twice the distance of their centre of mass.
     """
-    frames, axes = len(motion), AXES[UP]
+    frames, axes = len(motion), AXES_BY_UP_AXIS[UP]
     offsets = _in_file(SKELETON.offsets)
-    leaves = [not SKELETON.children(body) for body in range(len(NAMES))]
-    tips = _in_file(2.0 * CENTRES)
+    leaves = [not SKELETON.children(body) for body in range(len(BODY_NAMES))]
+    tips = _in_file(2.0 * BODY_COM_OFFSETS)
     sites = tuple(((float(x), float(y), float(z)),) if leaf else () for leaf, (x, y, z) in zip(leaves, tips, strict=True))
-    channels = (_CHANNELS, *(_TURNS for _ in NAMES[1:]))
-    still = Bvh(NAMES, SKELETON.parents, offsets, channels, sites, 1.0 / motion.fps, np.zeros((frames, sum(map(len, channels)))))
+    channels = (_CHANNELS, *(_TURNS for _ in BODY_NAMES[1:]))
+    still = Bvh(BODY_NAMES, SKELETON.parents, offsets, channels, sites, 1.0 / motion.fps, np.zeros((frames, sum(map(len, channels)))))
     positions = np.tile(offsets, (frames, 1, 1))
     positions[:, 0] = _in_file(motion.root_position)
     rotations = motion.local_rotations.copy()
     rotations[..., [1 + axis for axis in axes]] = motion.local_rotations[..., 1:]
     values = channel_values(still, positions, rotations)
     values[:, 3:] = np.unwrap(values[:, 3:], period=360.0, axis=0)  # curves without jumps, where angles about one axis make them
-    return Bvh(NAMES, SKELETON.parents, offsets, channels, sites, still.frame_time, values)
+    return Bvh(BODY_NAMES, SKELETON.parents, offsets, channels, sites, still.frame_time, values)
 
 
 def _in_file(points: np.ndarray) -> np.ndarray:
     """Return points (..., 3) [m] in the file's axes and unit."""
     turned = np.empty_like(points)
-    turned[..., AXES[UP]] = points
+    turned[..., AXES_BY_UP_AXIS[UP]] = points
     return turned / UNIT

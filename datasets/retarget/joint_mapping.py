@@ -9,9 +9,9 @@ from pathlib import Path
 import yaml
 
 from configs.errors import InputError
-from datasets.motion.humanoid import BODIES, NAMES
+from datasets.motion.humanoid import BODIES, BODY_NAMES
 
-Roles = dict[str, int]  # name of a body of ours -> index of the joint that plays it
+JointMap = dict[str, int]  # name of a body of ours -> index of the joint that plays it
 
 # What rigs call the joint at the upper end of each limb segment, without side, most telling name first. "shoulder" is
 # the collar where an upper arm has a name of its own, "hip" and "foot" likewise, so the order of this table matters.
@@ -28,25 +28,25 @@ _LIMBS: dict[str, tuple[str, ...]] = {
 _VOCABULARY = {word for words in _LIMBS.values() for word in words}
 _PREFIXES = {"mixamorig", "bip", "joint", "jnt", "character", "def", "bone"}
 _SIDES = {"l": "l", "left": "l", "r": "r", "right": "r"}
-OPTIONAL = ("spine", "collar_l", "collar_r", "toe_l", "toe_r")  # a body without a joint moves with its parent
+OPTIONAL_BODIES = ("spine", "collar_l", "collar_r", "toe_l", "toe_r")  # a body without a joint moves with its parent
 
 
 @dataclass(frozen=True)
-class Mapping:
+class JointMapping:
     """What a mapping file says; it completes or overrides what is found.
 
     Attributes:
         joints: Name of a body of ours -> joint name.
         unit: Metres per unit of the file, None to find it.
-        up: Axis that points up, "x", "y" or "z", None to find it.
+        up_axis: Axis that points up, "x", "y" or "z", None to find it.
     """
 
     joints: dict[str, str] = field(default_factory=dict)
     unit: float | None = None
-    up: str | None = None
+    up_axis: str | None = None
 
 
-def read_mapping(path: str | os.PathLike[str]) -> Mapping:
+def read_mapping(path: str | os.PathLike[str]) -> JointMapping:
     """Read a mapping file: YAML with lines such as ``thigh_l: LeftUpLeg``, ``unit: 0.01`` and ``up: y``.
 
     Args:
@@ -64,7 +64,7 @@ def read_mapping(path: str | os.PathLike[str]) -> Mapping:
         raise InputError(f"{path}: not a readable mapping file ({' '.join(str(error).split())}); lines like 'head: Head'") from error
     if not isinstance(entries, dict):
         raise InputError(f"{path}: a mapping file holds lines like 'thigh_l: LeftUpLeg'")
-    known = (*NAMES, "unit", "up")
+    known = (*BODY_NAMES, "unit", "up")
     for key in entries:
         if key not in known:
             near = difflib.get_close_matches(str(key), known, 1) or ["pelvis"]
@@ -74,10 +74,10 @@ def read_mapping(path: str | os.PathLike[str]) -> Mapping:
         raise InputError(f"{path}: unit '{unit}' should be a positive number of metres, such as 0.01")
     if up is not None and up not in ("x", "y", "z"):
         raise InputError(f"{path}: up '{up}' should be x, y or z")
-    return Mapping({body: str(joint) for body, joint in entries.items()}, unit, up)
+    return JointMapping({body: str(joint) for body, joint in entries.items()}, unit, up)
 
 
-def find_roles(names: tuple[str, ...], parents: tuple[int, ...], mapping: Mapping | None = None) -> Roles:
+def find_joint_map(names: tuple[str, ...], parents: tuple[int, ...], mapping: JointMapping | None = None) -> JointMap:
     """Return which joint plays which body.
 
     Args:
@@ -91,18 +91,18 @@ def find_roles(names: tuple[str, ...], parents: tuple[int, ...], mapping: Mappin
     Raises:
         InputError: If a body that must be there has no joint, or the joints do not hang together like a human's.
     """
-    roles = _told(names, mapping or Mapping())
+    joint_map = _told(names, mapping or JointMapping())
     for side in "lr":
-        _find_limbs(roles, _by_word(names, side), parents, side)
-    _find_torso(roles, names, parents)
-    missing = [body for body in NAMES if body not in roles and body not in OPTIONAL]
+        _find_limbs(joint_map, _by_word(names, side), parents, side)
+    _find_torso(joint_map, names, parents)
+    missing = [body for body in BODY_NAMES if body not in joint_map and body not in OPTIONAL_BODIES]
     if missing:
         raise InputError(
             f"no joint found for {', '.join(missing)} among {', '.join(names)}; "
             f"name them in a mapping file, a line each, such as '{missing[0]}: {names[0]}'"
         )
-    _check(roles, names, parents)
-    return {body: roles[body] for body in NAMES if body in roles}
+    _check(joint_map, names, parents)
+    return {body: joint_map[body] for body in BODY_NAMES if body in joint_map}
 
 
 def ancestors(joint: int, parents: tuple[int, ...]) -> list[int]:
@@ -113,7 +113,7 @@ def ancestors(joint: int, parents: tuple[int, ...]) -> list[int]:
     return path
 
 
-def _told(names: tuple[str, ...], mapping: Mapping) -> Roles:
+def _told(names: tuple[str, ...], mapping: JointMapping) -> JointMap:
     """Return the roles that the mapping names."""
     for body, joint in mapping.joints.items():
         if joint not in names:
@@ -146,7 +146,7 @@ def _by_word(names: tuple[str, ...], side: str | None) -> dict[str, list[int]]:
     return table
 
 
-def _find_limbs(roles: Roles, by_word: dict[str, list[int]], parents: tuple[int, ...], side: str) -> None:
+def _find_limbs(roles: JointMap, by_word: dict[str, list[int]], parents: tuple[int, ...], side: str) -> None:
     """Add the joints of one side's arm and leg."""
     taken = {joint for body, joint in roles.items() if body.endswith(f"_{side}")}
     below = {"toe": "foot"}  # these two are only themselves in the right place of the tree
@@ -171,7 +171,7 @@ def _common(a: int, b: int, parents: tuple[int, ...]) -> int:
     return next(joint for joint in ancestors(a, parents) if joint in over_b)
 
 
-def _find_torso(roles: Roles, names: tuple[str, ...], parents: tuple[int, ...]) -> None:
+def _find_torso(roles: JointMap, names: tuple[str, ...], parents: tuple[int, ...]) -> None:
     """Add pelvis, spine, chest and head: where the legs meet, where the arms meet, and the middle between them."""
     middle = _by_word(names, None)
     if "head" not in roles and "head" in middle:
@@ -192,7 +192,7 @@ def _find_torso(roles: Roles, names: tuple[str, ...], parents: tuple[int, ...]) 
             roles["spine"] = between[len(between) // 2]
 
 
-def _check(roles: Roles, names: tuple[str, ...], parents: tuple[int, ...]) -> None:
+def _check(roles: JointMap, names: tuple[str, ...], parents: tuple[int, ...]) -> None:
     """Raise InputError unless every joint hangs under the joint of the nearest body above it that has one."""
     parent_body = {body.name: body.parent for body in BODIES}
     for body, joint in roles.items():

@@ -12,40 +12,40 @@ from datasets.formats.bvh import Bvh, local_pose, read_bvh
 from datasets.motion.clip import Motion
 from datasets.motion.humanoid import LEG_LENGTH
 from datasets.motion.skeleton import Skeleton, forward_kinematics
-from datasets.retarget.joint_mapping import Mapping, Roles, find_roles
+from datasets.retarget.joint_mapping import JointMap, JointMapping, find_joint_map
 
-UNITS: dict[str, float] = {"m": 1.0, "ft": 0.3048, "dm": 0.1, "CMU": 0.056444, "inch": 0.0254, "cm": 0.01, "mm": 0.001}  # metres
-AXES: dict[str, list[int]] = {"x": [1, 2, 0], "y": [2, 0, 1], "z": [0, 1, 2]}  # up in the file -> its axes that become x, y, z
+METRES_PER_UNIT: dict[str, float] = {"m": 1.0, "ft": 0.3048, "dm": 0.1, "CMU": 0.056444, "inch": 0.0254, "cm": 0.01, "mm": 0.001}  # metres
+AXES_BY_UP_AXIS: dict[str, list[int]] = {"x": [1, 2, 0], "y": [2, 0, 1], "z": [0, 1, 2]}  # up in the file -> its axes that become x, y, z
 POSITIONS = {"Xposition", "Yposition", "Zposition"}
 MAX_LEG_RATIO = 1.8  # a leg of 0.46 to 1.5 m passes for a human's
-MIN_BONE = 1e-3  # of the leg's length
-LEADING = 12  # frames at the start among which a T-pose and its smoothed tail are looked for
+MIN_BONE_RATIO = 1e-3  # of the leg's length
+MAX_LEADING_FRAMES = 12  # frames at the start among which a T-pose and its smoothed tail are looked for
 
 
 @dataclass(frozen=True)
-class Capture:
+class PerformerClip:
     """A clip on its own skeleton and what was found at the door.
 
     Attributes:
         motion: Metres, Z up; frames that belong to no motion are dropped.
-        roles: Which joint plays which body.
-        tips: Mean of each joint's End Sites in its frame [m], zero where it has none, shape (J, 3).
+        joint_map: Which joint plays which body.
+        end_offsets: Mean of each joint's End Sites in its frame [m], zero where it has none, shape (J, 3).
         unit: Metres per unit of the file.
-        up: Axis of the file that points up.
-        dropped: Leading frames that were dropped because they jump (a T-pose).
-        placed: Joints whose position the file holds for each frame.
+        up_axis: Axis of the file that points up.
+        dropped_frames: Leading frames that were dropped because they jump (a T-pose).
+        joints_with_positions: Joints whose position the file holds for each frame.
     """
 
     motion: Motion
-    roles: Roles
-    tips: np.ndarray
+    joint_map: JointMap
+    end_offsets: np.ndarray
     unit: float
-    up: str
-    dropped: int
-    placed: tuple[int, ...] = (0,)
+    up_axis: str
+    dropped_frames: int
+    joints_with_positions: tuple[int, ...] = (0,)
 
 
-def read_capture(path: str | os.PathLike[str], mapping: Mapping | None = None) -> Capture:
+def load_performer_bvh(path: str | os.PathLike[str], mapping: JointMapping | None = None) -> PerformerClip:
     """Read a BVH file in metres and Z up.
 
     Args:
@@ -59,46 +59,46 @@ def read_capture(path: str | os.PathLike[str], mapping: Mapping | None = None) -
         InputError: If the file is broken or nothing human is found in it.
     """
     try:
-        return capture(read_bvh(path), Path(path).stem, mapping)
+        return performer_clip_from_bvh(read_bvh(path), Path(path).stem, mapping)
     except InputError as error:
         raise error if str(path) in str(error) else InputError(f"{path}: {error}") from error
 
 
-def capture(bvh: Bvh, name: str, mapping: Mapping | None = None) -> Capture:
-    """Return a BVH in metres and Z up; the arguments and errors are those of ``read_capture``."""
-    mapping = mapping or Mapping()
-    roles = find_roles(bvh.names, bvh.parents, mapping)
+def performer_clip_from_bvh(bvh: Bvh, name: str, mapping: JointMapping | None = None) -> PerformerClip:
+    """Return a BVH in metres and Z up; the arguments and errors are those of ``load_performer_bvh``."""
+    mapping = mapping or JointMapping()
+    joint_map = find_joint_map(bvh.names, bvh.parents, mapping)
     local_positions, local_rotations = local_pose(bvh)
     positions, _ = forward_kinematics(bvh.parents, local_positions, local_rotations)
-    leg = leg_length(positions, roles)
-    _check_bones(bvh.names, positions, roles, leg)
+    leg = leg_length(positions, joint_map)
+    _check_bones(bvh.names, positions, joint_map, leg)
     unit = mapping.unit or _find_unit(leg)
-    up = mapping.up or _find_up(positions, roles, leg)
-    axes, dropped = AXES[up], _leading_frames(positions, roles, leg)
+    up = mapping.up_axis or _find_up(positions, joint_map, leg)
+    axes, dropped = AXES_BY_UP_AXIS[up], _leading_frames(positions, joint_map, leg)
     local_positions = unit * local_positions[dropped:, :, axes]
     offsets = np.concat([np.zeros((1, 3)), np.median(local_positions, axis=0)[1:]])
     tips = np.array([np.mean(sites, axis=0) if sites else np.zeros(3) for sites in bvh.end_sites])
     local_rotations = local_rotations[dropped:, :, [0, *(1 + axis for axis in axes)]]
     motion = Motion(Skeleton(bvh.names, bvh.parents, offsets), local_positions, local_rotations, _rate(bvh.frame_time), name)
     placed = tuple(joint for joint, channels in enumerate(bvh.channels) if set(channels) >= POSITIONS)
-    return Capture(motion, roles, unit * tips[:, axes], unit, up, dropped, placed)
+    return PerformerClip(motion, joint_map, unit * tips[:, axes], unit, up, dropped, placed)
 
 
-def leg_length(positions: np.ndarray, roles: Roles) -> float:
+def leg_length(positions: np.ndarray, joint_map: JointMap) -> float:
     """Return the mean length of thigh and shin of both legs [unit of the positions (T, J, 3)]."""
-    hips, knees, ankles = (positions[:, [roles[f"{limb}_{side}"] for side in "lr"]] for limb in ("thigh", "shin", "foot"))
+    hips, knees, ankles = (positions[:, [joint_map[f"{limb}_{side}"] for side in "lr"]] for limb in ("thigh", "shin", "foot"))
     bones = np.linalg.norm(knees - hips, axis=-1) + np.linalg.norm(ankles - knees, axis=-1)
     return float(np.median(bones, axis=0).mean())
 
 
-def _check_bones(names: tuple[str, ...], positions: np.ndarray, roles: Roles, leg: float) -> None:
+def _check_bones(names: tuple[str, ...], positions: np.ndarray, roles: JointMap, leg: float) -> None:
     """Raise InputError unless hips, and the ends of every bone of the limbs, are apart from each other."""
     chains = [("thigh_l", "thigh_r")]
     for side in "lr":
         for chain in (("thigh", "shin", "foot"), ("upper_arm", "forearm", "hand")):
             chains += [(f"{a}_{side}", f"{b}_{side}") for a, b in pairwise(chain)]
     for a, b in chains:
-        if np.linalg.norm(positions[:, roles[a]] - positions[:, roles[b]], axis=-1).min() <= MIN_BONE * leg:
+        if np.linalg.norm(positions[:, roles[a]] - positions[:, roles[b]], axis=-1).min() <= MIN_BONE_RATIO * leg:
             raise InputError(
                 f"joints '{names[roles[a]]}' and '{names[roles[b]]}', taken for {a} and {b}, are at the same place; "
                 "name the right joints in a mapping file"
@@ -113,16 +113,16 @@ def _rate(frame_time: float) -> float:
 
 def _find_unit(leg: float) -> float:
     """Return the metres per unit of the file that make the leg most like a human's."""
-    unit = min(UNITS.values(), key=lambda metres: abs(np.log(metres * leg / LEG_LENGTH)))
+    unit = min(METRES_PER_UNIT.values(), key=lambda metres: abs(np.log(metres * leg / LEG_LENGTH)))
     if abs(np.log(unit * leg / LEG_LENGTH)) > np.log(MAX_LEG_RATIO):
         raise InputError(
-            f"legs of {leg:.4g} units are a human's in none of {', '.join(UNITS)}; "
+            f"legs of {leg:.4g} units are a human's in none of {', '.join(METRES_PER_UNIT)}; "
             "name the unit in metres in a mapping file, such as 'unit: 0.01'"
         )
     return unit
 
 
-def _find_up(positions: np.ndarray, roles: Roles, leg: float) -> str:
+def _find_up(positions: np.ndarray, roles: JointMap, leg: float) -> str:
     """Return the axis along which the head is above the feet, y where that is unclear, as in someone lying."""
     feet = positions[:, [roles["foot_l"], roles["foot_r"]]].mean(axis=1)
     height = np.mean(positions[:, roles["head"]] - feet, axis=0) / leg
@@ -131,13 +131,13 @@ def _find_up(positions: np.ndarray, roles: Roles, leg: float) -> str:
     return "xyz"[int(height.argmax())]
 
 
-def _leading_frames(positions: np.ndarray, roles: Roles, leg: float) -> int:
+def _leading_frames(positions: np.ndarray, roles: JointMap, leg: float) -> int:
     """Return how many frames to drop at the start: a T-pose that jumps into the motion, and its wake."""
-    if len(positions) < 3 * LEADING:
+    if len(positions) < 3 * MAX_LEADING_FRAMES:
         return 0
     pose = positions[:, list(roles.values())] - positions[:, roles["pelvis"], None]
     step = np.linalg.norm(np.diff(pose, axis=0), axis=-1).mean(axis=-1) / leg
-    if step[0] < max(5 * np.percentile(step[LEADING:], 95), 0.03):
+    if step[0] < max(5 * np.percentile(step[MAX_LEADING_FRAMES:], 95), 0.03):
         return 0
-    usual = 1.5 * step[LEADING : 2 * LEADING].max() + 1e-3  # resampling rings for some frames after the jump
-    return 1 + int(np.flatnonzero(step[:LEADING] > usual).max())
+    usual = 1.5 * step[MAX_LEADING_FRAMES : 2 * MAX_LEADING_FRAMES].max() + 1e-3  # resampling rings for some frames after the jump
+    return 1 + int(np.flatnonzero(step[:MAX_LEADING_FRAMES] > usual).max())

@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 
 from configs.errors import InputError
-from datasets.ik.two_bone_ik import reach
+from datasets.ik.two_bone_ik import solve_two_bone_ik
 from datasets.motion.clip import Motion
 from datasets.motion.kinematics import joint_poses
 from datasets.motion.rotation import conjugate, multiply, rotate
 from datasets.retarget.joint_mapping import ancestors
-from datasets.retarget.performer_clip import Capture
+from datasets.retarget.performer_clip import PerformerClip
 from datasets.retarget.retarget import Retargeted
 
 
-def turn_joints(motion: Motion, turned: dict[int, np.ndarray]) -> Motion:
+def set_world_rotations(motion: Motion, turned: dict[int, np.ndarray]) -> Motion:
     """Return the clip with some joints turned otherwise in the world; all others keep their pose relative to their parents.
 
     Args:
@@ -32,7 +32,7 @@ def turn_joints(motion: Motion, turned: dict[int, np.ndarray]) -> Motion:
     return replace(motion, local_rotations=local)
 
 
-def move_hips(motion: Motion, capture: Capture, moved: np.ndarray) -> Motion:
+def translate_hips(motion: Motion, performer_clip: PerformerClip, moved: np.ndarray) -> Motion:
     """Return the clip with hips that are ``moved`` (T, 3) [m] in the world.
 
     Of the hips and the joints above them, that one is moved whose position the recorded clip changes most.
@@ -41,14 +41,14 @@ def move_hips(motion: Motion, capture: Capture, moved: np.ndarray) -> Motion:
         InputError: If the file has no position channels for any of them.
     """
     names, parents = motion.skeleton.names, motion.skeleton.parents
-    above = ancestors(capture.roles["pelvis"], parents)
-    able = [joint for joint in above if joint in capture.placed]
+    above = ancestors(performer_clip.joint_map["pelvis"], parents)
+    able = [joint for joint in above if joint in performer_clip.joints_with_positions]
     if not able:
         raise InputError(
             f"{motion.name}: neither '{names[above[0]]}' nor a joint above it has position channels, so that no place can be written; "
             "export the clip with Xposition Yposition Zposition for its root"
         )
-    carrier = max(able, key=lambda joint: float(np.ptp(capture.motion.local_positions[:, joint], axis=0).max()))
+    carrier = max(able, key=lambda joint: float(np.ptp(performer_clip.motion.local_positions[:, joint], axis=0).max()))
     local = motion.local_positions.copy()
     if parents[carrier] >= 0:
         moved = rotate(conjugate(joint_poses(motion)[1][:, parents[carrier]]), moved)
@@ -56,7 +56,7 @@ def move_hips(motion: Motion, capture: Capture, moved: np.ndarray) -> Motion:
     return replace(motion, local_positions=local)
 
 
-def put_ankles(motion: Motion, retargeted: Retargeted, ankles: dict[str, np.ndarray]) -> Motion:
+def solve_leg_ik(motion: Motion, retargeted: Retargeted, ankles: dict[str, np.ndarray]) -> Motion:
     """Return the clip with ankles elsewhere, by thighs and knees alone: the hips stay, feet are turned in the world as before.
 
     Args:
@@ -65,12 +65,12 @@ def put_ankles(motion: Motion, retargeted: Retargeted, ankles: dict[str, np.ndar
         ankles: "foot_l", "foot_r" -> positions in the performer's world [m], shape (T, 3); a leg too short stays short of them.
     """
     positions, rotations = joint_poses(motion)
-    roles, turned = retargeted.capture.roles, {}
+    joint_map, turned = retargeted.performer_clip.joint_map, {}
     for foot, target in ankles.items():
         thigh, shin = (f"{limb}_{foot[-1]}" for limb in ("thigh", "shin"))
-        hip, knee, ankle = (positions[:, roles[body]] for body in (thigh, shin, foot))
+        hip, knee, ankle = (positions[:, joint_map[body]] for body in (thigh, shin, foot))
         axis = np.broadcast_to(retargeted.calibration.axes[thigh], hip.shape)
-        turns = reach(knee - hip, ankle - knee, target - hip, rotate(rotations[:, roles[thigh]], axis))
-        turned |= {roles[body]: multiply(turn, rotations[:, roles[body]]) for body, turn in zip((thigh, shin), turns, strict=True)}
-        turned[roles[foot]] = rotations[:, roles[foot]]
-    return turn_joints(motion, turned)
+        turns = solve_two_bone_ik(knee - hip, ankle - knee, target - hip, rotate(rotations[:, joint_map[thigh]], axis))
+        turned |= {joint_map[body]: multiply(turn, rotations[:, joint_map[body]]) for body, turn in zip((thigh, shin), turns, strict=True)}
+        turned[joint_map[foot]] = rotations[:, joint_map[foot]]
+    return set_world_rotations(motion, turned)

@@ -12,18 +12,18 @@ import numpy as np
 
 from datasets.ik.two_bone_ik import bend_normal
 from datasets.motion.clip import BodyMotion, Motion
-from datasets.motion.humanoid import BODIES, FEET, LEG_LENGTH, NAMES, SKELETON
-from datasets.motion.kinematics import SAME_LEVEL, body_poses, joint_poses, lowest_points
-from datasets.motion.rotation import about_axis, conjugate, cross, heading, multiply, rotate
-from datasets.motion.vectors import from_axes, unit_vector
-from datasets.retarget.calibration import HINGED, Calibration, World, calibrate
-from datasets.retarget.joint_mapping import Roles
-from datasets.retarget.performer_clip import Capture, leg_length
+from datasets.motion.humanoid import BODIES, BODY_NAMES, FOOT_AND_TOE_BODIES, LEG_LENGTH, SKELETON
+from datasets.motion.kinematics import MAX_LEVEL_DIFFERENCE_M, body_poses, joint_poses, lowest_point_heights
+from datasets.motion.rotation import conjugate, cross, from_axis_angle, heading, multiply, rotate
+from datasets.motion.vectors import rotation_from_axes, unit_vector
+from datasets.retarget.calibration import LIMB_HINGES, PerformerCalibration, WorldPoses, calibrate_performer
+from datasets.retarget.joint_mapping import JointMap
+from datasets.retarget.performer_clip import PerformerClip, leg_length
 
 # The ground is where feet stand: measured on 48 CMU clips, this quarter of standing soles left them floating 5 mm and
 # sinking 3 mm on average, where the lowest tenth of all frames left them floating 18 mm and sinking 1 mm.
 STANDING_PERCENTILE = 25.0
-STAYS = 0.01  # m; a pelvis that stays within was never located: nobody keeps so still
+MIN_PELVIS_TRAVEL_M = 0.01  # m; a pelvis that stays within was never located: nobody keeps so still
 LOWEST_PERCENTILE = 30.0  # of the lowest point in all frames, where no foot ever stands
 TOE_BEND = np.radians(60.0)  # as far as a toe gives way to the ground
 TOE_RELEASE = 0.2  # m; a toe is let go while its joint rises to there: well clear of the ground, and no whip when a foot lifts off
@@ -37,7 +37,7 @@ class Retargeted:
 
     Attributes:
         motion: The clip on the 20 bodies.
-        capture: The clip on its own skeleton.
+        performer_clip: The clip on its own skeleton.
         calibration: Constant rotations between the two.
         scale: Our size over the performer's.
         origin: Of the ground plane, in our size [m], shape (2,).
@@ -46,65 +46,67 @@ class Retargeted:
     """
 
     motion: BodyMotion
-    capture: Capture
-    calibration: Calibration
+    performer_clip: PerformerClip
+    calibration: PerformerCalibration
     scale: float
     origin: np.ndarray
     yaw: float
     lift: float
 
-    def place(self, points: np.ndarray) -> np.ndarray:
+    def to_humanoid_world(self, points: np.ndarray) -> np.ndarray:
         """Return the performer's points (..., 3) [m] where the 20 bodies are."""
         moved = self.scale * points - np.append(self.origin, -self.lift)
         return rotate(np.broadcast_to(_turn(-self.yaw), (*moved.shape[:-1], 4)), moved)
 
-    def displacement(self, moved: np.ndarray) -> np.ndarray:
+    def to_performer_world(self, moved: np.ndarray) -> np.ndarray:
         """Return by how much a point of the performer moves (..., 3) [m] when the 20 bodies' moves by ``moved`` (..., 3) [m]."""
         return rotate(np.broadcast_to(_turn(self.yaw), (*moved.shape[:-1], 4)), moved) / self.scale
 
 
-def retarget(capture: Capture) -> Retargeted:
+def retarget(performer_clip: PerformerClip) -> Retargeted:
     """Return a clip on the 20 bodies.
 
     Args:
-        capture: Clip on its own skeleton.
+        performer_clip: Clip on its own skeleton.
 
     Returns:
         The clip at its own frame rate and what leads back.
     """
-    positions, rotations = joint_poses(capture.motion)
-    scale = LEG_LENGTH / leg_length(positions, capture.roles)
-    world = _world(positions, rotations, capture.roles, scale)
-    calibration = calibrate(capture, world, {f"foot_{side}": scale * _foot_tip(capture, f"foot_{side}") for side in "lr"})
+    positions, rotations = joint_poses(performer_clip.motion)
+    scale = LEG_LENGTH / leg_length(positions, performer_clip.joint_map)
+    world = _world(positions, rotations, performer_clip.joint_map, scale)
+    calibration = calibrate_performer(
+        performer_clip, world, {f"foot_{side}": scale * _foot_tip(performer_clip, f"foot_{side}") for side in "lr"}
+    )
     root, local = _body_pose(world, calibration)
     yaw, origin = float(heading(local[0, 0])), root[0, :2].copy()
     root, local = _at_origin(root, local, origin, yaw)
-    rooted = bool(np.ptp(world.positions["pelvis"], axis=0).max() > STAYS)
-    motion = BodyMotion(root, local, capture.motion.fps, capture.motion.name, rooted=rooted)
-    lift = -_ground(motion, calibration.stands)
+    rooted = bool(np.ptp(world.positions["pelvis"], axis=0).max() > MIN_PELVIS_TRAVEL_M)
+    motion = BodyMotion(root, local, performer_clip.motion.fps, performer_clip.motion.name, rooted=rooted)
+    lift = -_ground(motion, calibration.stance_mask)
     motion = _bend_toes(replace(motion, root_position=root + np.array([0.0, 0.0, lift])))
-    return Retargeted(motion, capture, calibration, scale, origin, yaw, lift)
+    return Retargeted(motion, performer_clip, calibration, scale, origin, yaw, lift)
 
 
-def retarget_again(retargeted: Retargeted, motion: Motion) -> BodyMotion:
+def retarget_with(retargeted: Retargeted, motion: Motion) -> BodyMotion:
     """Return another performance on the performer's skeleton through the very calibration, scale, place and ground of the first.
 
     Args:
         retargeted: The first.
         motion: Of the same skeleton, in the same world; any number of frames.
     """
-    world = _world(*joint_poses(motion), retargeted.capture.roles, retargeted.scale)
+    world = _world(*joint_poses(motion), retargeted.performer_clip.joint_map, retargeted.scale)
     root, local = _at_origin(*_body_pose(world, retargeted.calibration), retargeted.origin, retargeted.yaw)
     root[:, 2] += retargeted.lift
-    rooted = bool(np.ptp(world.positions["pelvis"], axis=0).max() > STAYS)
+    rooted = bool(np.ptp(world.positions["pelvis"], axis=0).max() > MIN_PELVIS_TRAVEL_M)
     return _bend_toes(replace(retargeted.motion, root_position=root, local_rotations=local, rooted=rooted))
 
 
-def _world(positions: np.ndarray, rotations: np.ndarray, roles: Roles, scale: float) -> World:
+def _world(positions: np.ndarray, rotations: np.ndarray, joint_map: JointMap, scale: float) -> WorldPoses:
     """Return the bodies' joints in our size, from all the joints' positions (T, J, 3) [m] and rotations (T, J, 4)."""
-    return World(
-        {body: scale * positions[:, joint] for body, joint in roles.items()},
-        {body: rotations[:, joint] for body, joint in roles.items()},
+    return WorldPoses(
+        {body: scale * positions[:, joint] for body, joint in joint_map.items()},
+        {body: rotations[:, joint] for body, joint in joint_map.items()},
     )
 
 
@@ -117,38 +119,38 @@ def _at_origin(root: np.ndarray, local: np.ndarray, origin: np.ndarray, yaw: flo
 
 def _turn(yaw: float) -> np.ndarray:
     """Return the rotation (4,) by ``yaw`` [rad] about the vertical."""
-    return about_axis(np.array([0.0, 0.0, 1.0]), np.array(yaw))
+    return from_axis_angle(np.array([0.0, 0.0, 1.0]), np.array(yaw))
 
 
-def _foot_tip(capture: Capture, foot: str) -> np.ndarray:
+def _foot_tip(performer_clip: PerformerClip, foot: str) -> np.ndarray:
     """Return the mean of a foot's children and End Sites in its frame [m], shape (3,): a point ahead of the ankle."""
-    joint, skeleton = capture.roles[foot], capture.motion.skeleton
+    joint, skeleton = performer_clip.joint_map[foot], performer_clip.motion.skeleton
     ahead = [skeleton.offsets[child] for child in skeleton.children(joint)]
-    if capture.tips[joint].any() or not ahead:
-        ahead.append(capture.tips[joint])
+    if performer_clip.end_offsets[joint].any() or not ahead:
+        ahead.append(performer_clip.end_offsets[joint])
     return np.mean(ahead, axis=0)
 
 
 def _ground(motion: BodyMotion, stands: np.ndarray) -> float:
     """Return the height [m] of the ground under a clip whose left and right foot stand in the frames ``stands`` (T, 2)."""
-    lowest = lowest_points(*body_poses(motion))
-    soles = lowest[:, [foot for foot, _ in FEET]][stands]
+    lowest = lowest_point_heights(*body_poses(motion))
+    soles = lowest[:, [foot for foot, _ in FOOT_AND_TOE_BODIES]][stands]
     if not len(soles):
         return float(np.percentile(lowest.min(axis=-1), LOWEST_PERCENTILE))
-    return float(np.percentile(soles[soles < np.percentile(soles, 10) + SAME_LEVEL], STANDING_PERCENTILE))
+    return float(np.percentile(soles[soles < np.percentile(soles, 10) + MAX_LEVEL_DIFFERENCE_M], STANDING_PERCENTILE))
 
 
 def _bend_toes(motion: BodyMotion) -> BodyMotion:
     """Return the clip with toes bent up where they would stab into the ground, as flesh does."""
     positions, rotations = body_poses(motion)
     local = motion.local_rotations.copy()
-    for _, toe in FEET:
+    for _, toe in FOOT_AND_TOE_BODIES:
         ahead = rotate(rotations[:, toe], np.broadcast_to((1.0, 0.0, 0.0), positions[:, toe].shape))
         corners = np.array(BODIES[toe].shape.points)
         clear = positions[:, toe, 2] + corners[:, 2].min()
         steepest = 0.5 * np.pi * np.clip(clear / TOE_RELEASE, 0.0, 1.0)
         bend = np.clip(-np.arcsin(np.clip(ahead[:, 2], -1.0, 1.0)) - steepest, 0.0, TOE_BEND)
-        local[:, toe] = multiply(local[:, toe], about_axis(np.broadcast_to((0.0, -1.0, 0.0), ahead.shape), bend))
+        local[:, toe] = multiply(local[:, toe], from_axis_angle(np.broadcast_to((0.0, -1.0, 0.0), ahead.shape), bend))
     return replace(motion, local_rotations=local)
 
 
@@ -159,7 +161,7 @@ def _continuous(rotations: np.ndarray) -> np.ndarray:
     return np.concat([rotations[:1], rotations[1:] * signs])
 
 
-def _body_pose(world: World, calibration: Calibration) -> tuple[np.ndarray, np.ndarray]:
+def _body_pose(world: WorldPoses, calibration: PerformerCalibration) -> tuple[np.ndarray, np.ndarray]:
     """Return the pelvis' positions (T, 3) [m] and the local rotations (T, 20, 4)."""
     frames = len(world.positions["pelvis"])
     turned: dict[str, np.ndarray] = {}  # rotations in the world
@@ -169,15 +171,15 @@ def _body_pose(world: World, calibration: Calibration) -> tuple[np.ndarray, np.n
         elif body.parent in turned:
             turned[body.name] = turned[body.parent]
     middle = 0.5 * (world.positions["thigh_l"] + world.positions["thigh_r"])
-    hips = [SKELETON.offsets[NAMES.index(f"thigh_{side}")] for side in "lr"]
+    hips = [SKELETON.offsets[BODY_NAMES.index(f"thigh_{side}")] for side in "lr"]
     root = middle - rotate(turned["pelvis"], np.broadcast_to(np.mean(hips, axis=0), middle.shape))
     local = np.zeros((frames, len(BODIES), 4))
     local[..., 0] = 1.0
-    for limb in HINGED:
-        hip = root + rotate(turned["pelvis"], np.broadcast_to(SKELETON.offsets[NAMES.index(limb)], root.shape))
+    for limb in LIMB_HINGES:
+        hip = root + rotate(turned["pelvis"], np.broadcast_to(SKELETON.offsets[BODY_NAMES.index(limb)], root.shape))
         turned[limb], bend = _limb(limb, world, calibration.axes[limb], hip if limb.startswith("thigh") else None)
-        lower = HINGED[limb][0]
-        local[:, NAMES.index(lower)] = bend
+        lower = LIMB_HINGES[limb][0]
+        local[:, BODY_NAMES.index(lower)] = bend
         turned[lower] = multiply(turned[limb], bend)
     local[:, 0] = turned["pelvis"]
     for index, body in enumerate(BODIES):
@@ -186,7 +188,7 @@ def _body_pose(world: World, calibration: Calibration) -> tuple[np.ndarray, np.n
     return root, local
 
 
-def _limb(limb: str, world: World, axis: np.ndarray, hip: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+def _limb(limb: str, world: WorldPoses, axis: np.ndarray, hip: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
     """Return the rotations in the world of a thigh or upper arm (T, 4), and the bend of knee or elbow (T, 4).
 
     Args:
@@ -195,19 +197,19 @@ def _limb(limb: str, world: World, axis: np.ndarray, hip: np.ndarray | None) -> 
         axis: About which it bends, in its joint's frame, shape (3,).
         hip: Where our limb begins, if it shall end where the performer's ends [m], shape (T, 3); else it only points there.
     """
-    middle, end, rest_axis = HINGED[limb]
+    middle, end, rest_axis = LIMB_HINGES[limb]
     upper = unit_vector(world.positions[middle] - world.positions[limb])
     lower = unit_vector(world.positions[end] - world.positions[middle])
-    bones = [float(np.linalg.norm(SKELETON.offsets[NAMES.index(body)])) for body in (middle, end)]
+    bones = [float(np.linalg.norm(SKELETON.offsets[BODY_NAMES.index(body)])) for body in (middle, end)]
     span = bones[0] * upper + bones[1] * lower if hip is None else world.positions[end] - hip
     along = unit_vector(span)
     normal = bend_normal(upper, lower, rotate(world.rotations[limb], np.broadcast_to(axis, upper.shape)), along)
     bend = np.arctan2(np.sum(cross(upper, lower) * normal, axis=-1), np.sum(upper * lower, axis=-1))
     ahead = np.arctan2(bones[1] * np.sin(bend), bones[0] + bones[1] * np.cos(bend))  # of the span from the upper bone
-    bone = rotate(about_axis(normal, -ahead), along)
+    bone = rotate(from_axis_angle(normal, -ahead), along)
     if limb.startswith("thigh"):
-        rotation = from_axes(cross(normal, -bone), normal, -bone)
+        rotation = rotation_from_axes(cross(normal, -bone), normal, -bone)
     else:
         y, z = bone * -rest_axis[2], normal * rest_axis[2]
-        rotation = from_axes(cross(y, z), y, z)
-    return rotation, about_axis(np.broadcast_to(np.abs(rest_axis), upper.shape), np.sum(rest_axis) * bend)
+        rotation = rotation_from_axes(cross(y, z), y, z)
+    return rotation, from_axis_angle(np.broadcast_to(np.abs(rest_axis), upper.shape), np.sum(rest_axis) * bend)

@@ -4,18 +4,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from datasets.motion.discontinuities import jump_frames
-from datasets.motion.humanoid import BODIES, BODY_COUNT, FEET, NAMES, hinge_angles, hinge_slice
-from datasets.motion.kinematics import body_poses, lowest_points
+from datasets.motion.discontinuities import find_discontinuities
+from datasets.motion.humanoid import BODIES, BODY_COUNT, BODY_NAMES, FOOT_AND_TOE_BODIES, hinge_angles, hinge_slice
+from datasets.motion.kinematics import body_poses, lowest_point_heights
 from datasets.motion.rotation import conjugate, rotate
 from datasets.motion.skeleton import forward_kinematics
 from datasets.retarget.retarget import Retargeted
 
-NEAR_LOCK = np.radians(75.0)  # of a middle hinge; at 90 degrees the outer two turn about one axis
+NEAR_GIMBAL_LOCK_RAD = np.radians(75.0)  # of a middle hinge; at 90 degrees the outer two turn about one axis
 
 
 @dataclass(frozen=True)
-class Fidelity:
+class RetargetMetrics:
     """Measures of one retargeted clip.
 
     Attributes:
@@ -38,26 +38,28 @@ class Fidelity:
 
 def performer_points(retargeted: Retargeted) -> dict[str, np.ndarray]:
     """Return the performer's joints by body name, scaled and placed where the 20 bodies are [m], shape (T, 3) each."""
-    motion = retargeted.capture.motion
+    motion = retargeted.performer_clip.motion
     positions, _ = forward_kinematics(motion.skeleton.parents, motion.local_positions, motion.local_rotations)
-    return {body: retargeted.place(positions[:, joint]) for body, joint in retargeted.capture.roles.items()}
+    return {body: retargeted.to_humanoid_world(positions[:, joint]) for body, joint in retargeted.performer_clip.joint_map.items()}
 
 
-def measure(retargeted: Retargeted) -> Fidelity:
+def measure_retarget(retargeted: Retargeted) -> RetargetMetrics:
     """Return the measures of a retargeted clip."""
     positions, rotations = body_poses(retargeted.motion)
     local, moving, world = np.full((3, BODY_COUNT), np.nan)
     lift = np.array([0.0, 0.0, retargeted.lift])
     for body, point in performer_points(retargeted).items():
-        index = NAMES.index(body)
+        index = BODY_NAMES.index(body)
         off = positions[:, index] - point
         local[index] = np.linalg.norm(off, axis=-1).mean()
         world[index] = np.linalg.norm(off + lift, axis=-1).mean()
         seen = rotate(conjugate(rotations[:, 0]), off)
         moving[index] = np.linalg.norm(seen - seen.mean(axis=0), axis=-1).mean()
-    lowest_foot = lowest_points(positions, rotations)[:, [body for foot in FEET for body in foot]].min(axis=-1)
+    lowest_foot = lowest_point_heights(positions, rotations)[:, [body for foot in FOOT_AND_TOE_BODIES for body in foot]].min(axis=-1)
     angles = hinge_angles(retargeted.motion.local_rotations)
-    return Fidelity(local, moving, world, lowest_foot, len(jump_frames(positions, retargeted.motion.fps)), _near_lock(angles))
+    return RetargetMetrics(
+        local, moving, world, lowest_foot, len(find_discontinuities(positions, retargeted.motion.fps)), _near_lock(angles)
+    )
 
 
 def _near_lock(angles: np.ndarray) -> np.ndarray:
@@ -65,5 +67,5 @@ def _near_lock(angles: np.ndarray) -> np.ndarray:
     share = np.zeros(BODY_COUNT)
     for index, body in enumerate(BODIES):
         if len(body.hinges) == 3:
-            share[index] = np.mean(np.abs(np.sin(angles[:, hinge_slice(index)][:, 1])) > np.sin(NEAR_LOCK))
+            share[index] = np.mean(np.abs(np.sin(angles[:, hinge_slice(index)][:, 1])) > np.sin(NEAR_GIMBAL_LOCK_RAD))
     return share

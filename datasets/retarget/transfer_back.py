@@ -10,18 +10,18 @@ import numpy as np
 
 from datasets.formats.bvh import Bvh, channel_values, local_pose
 from datasets.motion.clip import BodyMotion, Motion
-from datasets.motion.humanoid import NAMES
+from datasets.motion.humanoid import BODY_NAMES
 from datasets.motion.kinematics import body_poses, joint_poses
-from datasets.motion.rotation import about_axis, angle, conjugate, multiply, rotate
-from datasets.retarget.performer_clip import AXES, Capture
-from datasets.retarget.pose_edits import move_hips, put_ankles, turn_joints
+from datasets.motion.rotation import conjugate, from_axis_angle, multiply, rotate, rotation_angle
+from datasets.retarget.performer_clip import AXES_BY_UP_AXIS, PerformerClip
+from datasets.retarget.pose_edits import set_world_rotations, solve_leg_ik, translate_hips
 from datasets.retarget.retarget import Retargeted
 
 DECIMALS = 6  # of written numbers [degrees, file unit]
-SAME_ANGLE, SAME_PLACE = 1e-6, 1e-7  # rad and m, within which channels keep the numbers that they had
+SAME_ANGLE_RAD, SAME_POSITION_M = 1e-6, 1e-7  # rad and m, within which channels keep the numbers that they had
 
 
-def transfer(retargeted: Retargeted, after: BodyMotion) -> Motion:
+def transfer_back(retargeted: Retargeted, after: BodyMotion) -> Motion:
     """Return on the performer's own skeleton what became of the retargeted clip.
 
     Each joint that plays a body turns in the world as its body did; the others keep their pose relative to their parents. The
@@ -35,66 +35,68 @@ def transfer(retargeted: Retargeted, after: BodyMotion) -> Motion:
         InputError: If the file has no position channels for its root.
         ValueError: If frames or rate differ.
     """
-    before, motion, roles = retargeted.motion, retargeted.capture.motion, retargeted.capture.roles
+    before, motion, joint_map = retargeted.motion, retargeted.performer_clip.motion, retargeted.performer_clip.joint_map
     if (len(after), after.fps) != (len(before), before.fps):
         raise ValueError(f"{len(after)} frames at {after.fps:g} fps, should be {len(before)} at {before.fps:g} as in {before.name}")
     shift = (after.root_position[0] - before.root_position[0]) * (1.0, 1.0, 0.0)
     (new_places, new_turns), (places, turns) = body_poses(after), body_poses(before)
-    moved = retargeted.displacement(new_places - places - shift)
-    back = np.broadcast_to(about_axis(np.array([0.0, 0.0, 1.0]), np.array(retargeted.yaw)), turns.shape)
+    moved = retargeted.to_performer_world(new_places - places - shift)
+    back = np.broadcast_to(from_axis_angle(np.array([0.0, 0.0, 1.0]), np.array(retargeted.yaw)), turns.shape)
     changes = multiply(multiply(back, multiply(new_turns, conjugate(turns))), conjugate(back))
 
     def of(what: np.ndarray, body: str) -> np.ndarray:
-        return what[:, NAMES.index(body)]
+        return what[:, BODY_NAMES.index(body)]
 
     positions, rotations = joint_poses(motion)
-    hips = 0.5 * (positions[:, roles["thigh_l"]] + positions[:, roles["thigh_r"]])
-    from_hips = positions[:, roles["pelvis"]] - hips
+    hips = 0.5 * (positions[:, joint_map["thigh_l"]] + positions[:, joint_map["thigh_r"]])
+    from_hips = positions[:, joint_map["pelvis"]] - hips
     pelvis = 0.5 * (of(moved, "thigh_l") + of(moved, "thigh_r")) + rotate(of(changes, "pelvis"), from_hips) - from_hips
-    turned = {joint: multiply(of(changes, body), rotations[:, joint]) for body, joint in roles.items()}
-    ankles = {foot: positions[:, roles[foot]] + of(moved, foot) for foot in ("foot_l", "foot_r")}
-    return put_ankles(turn_joints(move_hips(motion, retargeted.capture, pelvis), turned), retargeted, ankles)
+    turned = {joint: multiply(of(changes, body), rotations[:, joint]) for body, joint in joint_map.items()}
+    ankles = {foot: positions[:, joint_map[foot]] + of(moved, foot) for foot in ("foot_l", "foot_r")}
+    return solve_leg_ik(set_world_rotations(translate_hips(motion, retargeted.performer_clip, pelvis), turned), retargeted, ankles)
 
 
-def to_bvh(bvh: Bvh, capture: Capture, motion: Motion) -> Bvh:
+def to_performer_bvh(bvh: Bvh, performer_clip: PerformerClip, motion: Motion) -> Bvh:
     """Return another performance as the file that the first was read from: everything but its numbers stays.
 
     Places and turns that did not change keep their very numbers, and so do leading frames that belong to no motion.
 
     Args:
         bvh: The file.
-        capture: What was read from it.
+        performer_clip: What was read from it.
         motion: Same skeleton, same frames.
 
     Raises:
         ValueError: If frames or joints differ.
     """
-    if motion.local_positions.shape != capture.motion.local_positions.shape:
-        raise ValueError(f"frames and joints are {motion.local_rotations.shape[:2]}, should be {capture.motion.local_rotations.shape[:2]}")
-    axes = AXES[capture.up]
+    if motion.local_positions.shape != performer_clip.motion.local_positions.shape:
+        raise ValueError(
+            f"frames and joints are {motion.local_rotations.shape[:2]}, should be {performer_clip.motion.local_rotations.shape[:2]}"
+        )
+    axes = AXES_BY_UP_AXIS[performer_clip.up_axis]
     positions, rotations = local_pose(bvh)
-    positions[capture.dropped :, :, axes] = motion.local_positions / capture.unit
-    rotations[capture.dropped :, :, [0, *(1 + axis for axis in axes)]] = motion.local_rotations
+    positions[performer_clip.dropped_frames :, :, axes] = motion.local_positions / performer_clip.unit
+    rotations[performer_clip.dropped_frames :, :, [0, *(1 + axis for axis in axes)]] = motion.local_rotations
     values = np.round(channel_values(bvh, positions, rotations), DECIMALS)
     changed = np.zeros(values.shape, dtype=bool)
     joints = np.repeat(np.arange(len(bvh.names)), [len(channels) for channels in bvh.channels])  # that each column belongs to
     places = np.array([channel.endswith("position") for channels in bvh.channels for channel in channels])
-    moved = np.abs(motion.local_positions - capture.motion.local_positions).max(axis=-1) > SAME_PLACE
-    turned = angle(multiply(conjugate(capture.motion.local_rotations), motion.local_rotations)) > SAME_ANGLE
-    changed[capture.dropped :] = np.where(places, moved[:, joints], turned[:, joints])
+    moved = np.abs(motion.local_positions - performer_clip.motion.local_positions).max(axis=-1) > SAME_POSITION_M
+    turned = rotation_angle(multiply(conjugate(performer_clip.motion.local_rotations), motion.local_rotations)) > SAME_ANGLE_RAD
+    changed[performer_clip.dropped_frames :] = np.where(places, moved[:, joints], turned[:, joints])
     return replace(bvh, values=np.where(changed, values, bvh.values))
 
 
-def from_bvh(bvh: Bvh, capture: Capture) -> Motion:
-    """Return what a file that ``to_bvh`` made says, as ``capture`` read the first: exactly what its channels could hold.
+def from_performer_bvh(bvh: Bvh, performer_clip: PerformerClip) -> Motion:
+    """Return what a file that ``to_bvh`` made says, as ``performer_clip`` read the first: exactly what its channels could hold.
 
     Args:
         bvh: The file.
-        capture: What was read from the first.
+        performer_clip: What was read from the first.
     """
-    axes, (positions, rotations) = AXES[capture.up], local_pose(bvh)
+    axes, (positions, rotations) = AXES_BY_UP_AXIS[performer_clip.up_axis], local_pose(bvh)
     return replace(
-        capture.motion,
-        local_positions=capture.unit * positions[capture.dropped :, :, axes],
-        local_rotations=rotations[capture.dropped :, :, [0, *(1 + axis for axis in axes)]],
+        performer_clip.motion,
+        local_positions=performer_clip.unit * positions[performer_clip.dropped_frames :, :, axes],
+        local_rotations=rotations[performer_clip.dropped_frames :, :, [0, *(1 + axis for axis in axes)]],
     )

@@ -3,10 +3,10 @@
 import numpy as np
 from scipy.linalg import solve_banded
 
-from datasets.motion.humanoid import CENTRES, MASSES
+from datasets.motion.humanoid import BODY_COM_OFFSETS, BODY_MASSES_KG
 from datasets.motion.rotation import rotate
 
-GRAVITY = 9.81  # m/s^2
+GRAVITY_M_S2 = 9.81  # m/s^2
 
 
 def balanced_path(pressure: np.ndarray, stiffness: np.ndarray, fps: float) -> np.ndarray:
@@ -36,7 +36,7 @@ def _pendulum(k: np.ndarray, drive: np.ndarray, ends: np.ndarray, fps: float) ->
     return solve_banded((1, 1), np.stack([np.append(0.0, beside[:-1]), diagonal, np.append(beside[1:], 0.0)]), right)
 
 
-def tipping_cure(positions: np.ndarray, rotations: np.ndarray, pressure: np.ndarray, fps: float) -> np.ndarray:
+def balance_correction(positions: np.ndarray, rotations: np.ndarray, pressure: np.ndarray, fps: float) -> np.ndarray:
     """Return how far to shift a moving body (T, 2) [m] so that the ground's force on it acts at ``pressure``.
 
     The moment of gravity and of the bodies' accelerations about that point tells how it would tip over; a shift of the whole
@@ -48,15 +48,15 @@ def tipping_cure(positions: np.ndarray, rotations: np.ndarray, pressure: np.ndar
         pressure: Centre of pressure [m], shape (T, 3).
         fps: Frames per second.
     """
-    share = MASSES / MASSES.sum()
-    centres = positions + rotate(rotations, np.broadcast_to(CENTRES, positions.shape))
+    share = BODY_MASSES_KG / BODY_MASSES_KG.sum()
+    centres = positions + rotate(rotations, np.broadcast_to(BODY_COM_OFFSETS, positions.shape))
     force = np.zeros_like(centres)
     force[1:-1] = (centres[2:] - 2.0 * centres[1:-1] + centres[:-2]) * fps**2
-    force[..., 2] += GRAVITY
+    force[..., 2] += GRAVITY_M_S2
     arm = centres - pressure[:, None]
     total, height = np.einsum("b,tbc->tc", share, force), np.einsum("b,tb->t", share, arm[..., 2])
     moment = np.einsum("b,tba->ta", share, force[..., 2:] * arm[..., :2] - force[..., :2] * arm[..., 2:]) / height[:, None]
-    carried = np.clip(total[:, 2] / (0.3 * GRAVITY), 0.0, 1.0)[:, None]
+    carried = np.clip(total[:, 2] / (0.3 * GRAVITY_M_S2), 0.0, 1.0)[:, None]
     drive = carried * moment - (1.0 - carried) * total[:, :2]
     return _pendulum(np.maximum(total[:, 2], 0.0) / height, drive, np.zeros((2, 2)), fps)
 

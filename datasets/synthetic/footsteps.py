@@ -4,13 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from datasets.motion.curves import keyframes, reach_profile, smoother_step
-from datasets.motion.humanoid import ANKLE_HEIGHT, BODIES, NAMES
+from datasets.motion.curves import interpolate_keyframes, reach_profile, smoother_step
+from datasets.motion.humanoid import ANKLE_HEIGHT, BODIES, BODY_NAMES
 
-HEEL = float(BODIES[NAMES.index("foot_l")].shape.points[0][0])  # m, of the sole's rear edge before the ankle (negative)
-TOE_JOINT = BODIES[NAMES.index("toe_l")].offset  # m, from the ankle
+HEEL = float(BODIES[BODY_NAMES.index("foot_l")].shape.points[0][0])  # m, of the sole's rear edge before the ankle (negative)
+TOE_JOINT = BODIES[BODY_NAMES.index("toe_l")].offset  # m, from the ankle
 MIDFOOT = 0.045  # m before the ankle, where the pressure is in quiet standing
-SHIFT = 0.5  # s to shift the weight from both feet to one, and back
+WEIGHT_SHIFT_S = 0.5  # s to shift the weight from both feet to one, and back
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Plant:
 
 
 @dataclass(frozen=True)
-class Step:
+class Footstep:
     """One foot leaves the ground and lands elsewhere.
 
     Attributes:
@@ -100,7 +100,7 @@ def _placed(plant: Plant, yaw: np.ndarray | float, offset: np.ndarray) -> np.nda
     return np.stack([plant.x + c * x - s * y, plant.y + s * x + c * y, plant.z + z], axis=-1)
 
 
-def _pitch(t: np.ndarray, steps: list[Step]) -> np.ndarray:
+def _pitch(t: np.ndarray, steps: list[Footstep]) -> np.ndarray:
     """Return the sole's pitch (T,): on at landing, flat, heel off, steepest, on again."""
     times, values, landed = [min(0.0, steps[0].lift) - 10.0], [0.0], -np.inf
     for step in steps:
@@ -111,10 +111,10 @@ def _pitch(t: np.ndarray, steps: list[Step]) -> np.ndarray:
         times.append(step.land + min(0.2 * after, 0.14))
         values.append(0.0)
         landed = step.land
-    return keyframes(t, np.array(times), np.array(values))
+    return interpolate_keyframes(t, np.array(times), np.array(values))
 
 
-def _swing(t: np.ndarray, step: Step, start: Plant, pitch: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _swing(t: np.ndarray, step: Footstep, start: Plant, pitch: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return ankle (T, 3), yaw (T,) and toe bend (T,) of one swing, leaving and meeting the ground at rest."""
     s = (t - step.lift) / (step.land - step.lift)
     over = reach_profile((s - 0.02) / 0.98, 0.4, 0.3)
@@ -138,7 +138,7 @@ def _bend_of_way(over: np.ndarray, start: Plant, end: Plant) -> np.ndarray:
     return (0.5 * turn * over * (1.0 - over))[:, None] * np.array([way[1], -way[0], 0.0])
 
 
-def _one_foot(t: np.ndarray, start: Plant, steps: list[Step]) -> tuple[np.ndarray, ...]:
+def _one_foot(t: np.ndarray, start: Plant, steps: list[Footstep]) -> tuple[np.ndarray, ...]:
     """Return ankle (T, 3), yaw, pitch, toe bend, planted (T,) and the pressure point (T, 3) of one foot."""
     pitch = _pitch(t, steps) if steps else np.zeros_like(t)
     ankle, yaw, bend = np.empty((len(t), 3)), np.empty_like(t), np.empty_like(t)
@@ -159,7 +159,7 @@ def _one_foot(t: np.ndarray, start: Plant, steps: list[Step]) -> tuple[np.ndarra
     return ankle, yaw, pitch, bend, planted, pressure
 
 
-def _rolling_pressure(t: np.ndarray, landed: float, lifted: float, steps: list[Step]) -> np.ndarray:
+def _rolling_pressure(t: np.ndarray, landed: float, lifted: float, steps: list[Footstep]) -> np.ndarray:
     """Return (T, 3): the pressure point in the frame of a plant, from heel to ball while the foot rolls."""
     on = next((step.roll_on for step in steps if step.land == landed), 0.0)
     off = next((step.roll_off for step in steps if step.lift == lifted), 0.0)
@@ -169,22 +169,22 @@ def _rolling_pressure(t: np.ndarray, landed: float, lifted: float, steps: list[S
     return np.stack([x, 0.0 * x, 0.0 * x], axis=-1)
 
 
-def _load_of_left(t: np.ndarray, steps: list[Step], sway: np.ndarray) -> np.ndarray:
+def _load_of_left(t: np.ndarray, steps: list[Footstep], sway: np.ndarray) -> np.ndarray:
     """Return the share of the weight on the left foot (T,): from foot to foot, ``sway`` around half when standing."""
     if not steps:
         return 0.5 + sway
     first, last = steps[0], steps[-1]
-    times, values = [first.lift - SHIFT, first.lift], [0.5, float(first.side)]
+    times, values = [first.lift - WEIGHT_SHIFT_S, first.lift], [0.5, float(first.side)]
     for now, following in zip(steps, [*steps[1:], None], strict=True):
-        done = following.lift if following else now.land + SHIFT
+        done = following.lift if following else now.land + WEIGHT_SHIFT_S
         bearing = float(following.side) if following else 0.5
         times += [min(now.land, done), max(now.land, done)]
         values += [float(now.side), bearing]
-    quiet = smoother_step((first.lift - SHIFT - t) / 0.5) + smoother_step((t - last.land - SHIFT) / 0.5)
-    return keyframes(t, np.array(times), np.array(values)) + quiet * sway
+    quiet = smoother_step((first.lift - WEIGHT_SHIFT_S - t) / 0.5) + smoother_step((t - last.land - WEIGHT_SHIFT_S) / 0.5)
+    return interpolate_keyframes(t, np.array(times), np.array(values)) + quiet * sway
 
 
-def feet_track(t: np.ndarray, starts: tuple[Plant, Plant], steps: list[Step], sway: np.ndarray) -> FeetTrack:
+def feet_track(t: np.ndarray, starts: tuple[Plant, Plant], steps: list[Footstep], sway: np.ndarray) -> FeetTrack:
     """Return the motion of both feet and of the pressure under them.
 
     Args:

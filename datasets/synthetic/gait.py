@@ -5,10 +5,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from datasets.motion.curves import smoothed, smoother_step
-from datasets.synthetic.balance import GRAVITY
-from datasets.synthetic.footsteps import MIDFOOT, Plant, Step
-from datasets.synthetic.movement_style import Style
+from datasets.motion.curves import smooth_gaussian, smoother_step
+from datasets.synthetic.balance import GRAVITY_M_S2
+from datasets.synthetic.footsteps import MIDFOOT, Footstep, Plant
+from datasets.synthetic.movement_style import MovementStyle
 
 # Against speed [m/s]: steps per second, and the share of a step in which both feet are on the ground, negative where none
 # is. Walking is rounded after Grieve and Gear (1966) and Murray (1967), running after Nilsson and Thorstensson (1989); the
@@ -20,7 +20,7 @@ RUN_OVERLAP = ((0.0, 0.6, 1.0, 1.6, 2.6, 3.5), (0.36, 0.15, -0.05, -0.20, -0.28,
 
 
 @dataclass(frozen=True)
-class Path:
+class GaitPath:
     """Where a body is to go over the T frames.
 
     Attributes:
@@ -46,15 +46,15 @@ class Path:
         return self.run * smoother_step((np.interp(times, self.t, self.speed) - 0.8) / 0.9)
 
 
-def path_along(t: np.ndarray, speed: np.ndarray, turning: np.ndarray, begin: float, end: float, run: bool = False) -> Path:
+def path_along(t: np.ndarray, speed: np.ndarray, turning: np.ndarray, begin: float, end: float, run: bool = False) -> GaitPath:
     """Return the path from the origin along x of a body with the given speed [m/s] and rate of turning [rad/s], both (T,)."""
     step = np.diff(t, prepend=t[0])
     heading = np.cumsum(turning * step)
     velocity = speed[:, None] * np.stack([np.cos(heading), np.sin(heading)], axis=1)
-    return Path(t, np.cumsum(velocity * step[:, None], axis=0), heading, speed, begin, end, run)
+    return GaitPath(t, np.cumsum(velocity * step[:, None], axis=0), heading, speed, begin, end, run)
 
 
-def plan_steps(path: Path, style: Style, first_side: int) -> tuple[tuple[Plant, Plant], list[Step]]:
+def plan_steps(path: GaitPath, style: MovementStyle, first_side: int) -> tuple[tuple[Plant, Plant], list[Footstep]]:
     """Return where the feet start and the steps that keep them under the body.
 
     A foot is planted where the body will be in the middle of its stance. Steps come as often as people's do at that
@@ -84,11 +84,11 @@ def plan_steps(path: Path, style: Style, first_side: int) -> tuple[tuple[Plant, 
     return start, steps
 
 
-def _at(path: Path, values: np.ndarray, times: np.ndarray) -> np.ndarray:
+def _at(path: GaitPath, values: np.ndarray, times: np.ndarray) -> np.ndarray:
     return np.interp(times, path.t, values)
 
 
-def _landing_times(path: Path, style: Style) -> np.ndarray:
+def _landing_times(path: GaitPath, style: MovementStyle) -> np.ndarray:
     """Return the start and the landings (steps + 1,) [s]."""
     moving = (path.t >= path.begin) & (path.t <= path.end)
     times = path.t[moving]
@@ -98,7 +98,7 @@ def _landing_times(path: Path, style: Style) -> np.ndarray:
     return np.interp(np.arange(count + 1) * phase[-1] / count, phase, times)
 
 
-def _plant(path: Path, time: float, side: int, width: float, toe_out: float) -> Plant:
+def _plant(path: GaitPath, time: float, side: int, width: float, toe_out: float) -> Plant:
     """Return the plant beside the body's place at ``time``, the body's weight over its midfoot."""
     outward = 1.0 if side == 0 else -1.0
     heading = float(_at(path, path.heading, np.array(time)))
@@ -110,10 +110,10 @@ def _plant(path: Path, time: float, side: int, width: float, toe_out: float) -> 
     return Plant(x - c * behind - s * aside, y - s * behind + c * aside, heading + outward * toe_out)
 
 
-def _step(side: int, lift: float, land: float, plant: Plant, stride: float, run: float) -> Step:
+def _step(side: int, lift: float, land: float, plant: Plant, stride: float, run: float) -> Footstep:
     """Return a step with the roll and swing that people have at that stride [m]."""
     walk_off, walk_on = np.interp(stride, (0.0, 0.3, 1.4), (16.0, 26.0, 64.0)), np.interp(stride, (0.2, 0.5, 1.3), (0.0, -6.0, -22.0))
-    return Step(
+    return Footstep(
         side=side,
         lift=float(lift),
         land=float(land),
@@ -127,7 +127,7 @@ def _step(side: int, lift: float, land: float, plant: Plant, stride: float, run:
     )
 
 
-def bounce(t: np.ndarray, steps: list[Step]) -> tuple[np.ndarray, np.ndarray]:
+def bounce(t: np.ndarray, steps: list[Footstep]) -> tuple[np.ndarray, np.ndarray]:
     """Return the height of a running body over that at touchdown [m] (T,), and where it counts, 0 to 1 (T,).
 
     In flight it falls freely; in stance a half-sine force carries it, of just the impulse that the weight has over the step.
@@ -140,13 +140,13 @@ def bounce(t: np.ndarray, steps: list[Step]) -> tuple[np.ndarray, np.ndarray]:
         here = (t >= now.land) & (t < following.land)
         u = t[here] - now.land
         air = u - contact
-        force = GRAVITY * (following.land - now.land) * contact / (2.0 * np.pi)  # of the peak, times (contact / pi)^2
-        stance = -force * np.sin(np.pi * u / contact) + 0.5 * GRAVITY * u * (contact - u)
-        height[here] = weight * np.where(u < contact, stance, 0.5 * GRAVITY * air * (flight - air))
+        force = GRAVITY_M_S2 * (following.land - now.land) * contact / (2.0 * np.pi)  # of the peak, times (contact / pi)^2
+        stance = -force * np.sin(np.pi * u / contact) + 0.5 * GRAVITY_M_S2 * u * (contact - u)
+        height[here] = weight * np.where(u < contact, stance, 0.5 * GRAVITY_M_S2 * air * (flight - air))
         counts[here] = weight
-    return smoothed(height, 1.5), smoothed(counts, 6.0)
+    return smooth_gaussian(height, 1.5), smooth_gaussian(counts, 6.0)
 
 
-def _lift_after(steps: list[Step], landed: Step) -> float:
+def _lift_after(steps: list[Footstep], landed: Footstep) -> float:
     """Return when the foot that landed in ``landed`` lifts again [s], infinite for the last."""
     return next((s.lift for s in steps if s.side == landed.side and s.lift > landed.land), np.inf)

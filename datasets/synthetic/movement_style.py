@@ -6,7 +6,7 @@ import numpy as np
 
 
 @dataclass(frozen=True)
-class Style:
+class MovementStyle:
     """How one person moves.
 
     Attributes:
@@ -42,10 +42,10 @@ class Style:
     left_handed: bool
 
 
-def draw_style(name: str, rng: np.random.Generator) -> Style:
+def draw_movement_style(name: str, rng: np.random.Generator) -> MovementStyle:
     """Return a person drawn at random; the spread is about that of adults."""
     degrees = np.deg2rad
-    return Style(
+    return MovementStyle(
         name=name,
         cadence=rng.uniform(0.93, 1.07),
         pace=rng.uniform(0.88, 1.12),

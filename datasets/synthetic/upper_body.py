@@ -3,13 +3,13 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from datasets.motion.curves import keyframes, smooth_noise, smoothed, smoother_step
-from datasets.motion.humanoid import BODY_COUNT, LEG_LENGTH, NAMES
-from datasets.synthetic.balance import GRAVITY
+from datasets.motion.curves import interpolate_keyframes, smooth_gaussian, smooth_noise, smoother_step
+from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES, LEG_LENGTH
+from datasets.synthetic.balance import GRAVITY_M_S2
 from datasets.synthetic.footsteps import FeetTrack
-from datasets.synthetic.gait import Path
-from datasets.synthetic.movement_style import Style
-from datasets.synthetic.whole_body import Carriage
+from datasets.synthetic.gait import GaitPath
+from datasets.synthetic.movement_style import MovementStyle
+from datasets.synthetic.whole_body import PostureTrack
 
 STRIDE = 0.7  # m, between the ankles at a stride of 1.4 m, to which a style's amplitudes belong
 
@@ -30,7 +30,7 @@ BEAT = {"wave": np.deg2rad((0.0, 0.0, 22.0, 14.0)), "explain": np.deg2rad((0.0, 
 BEAT_RATE = 1.6  # Hz
 
 
-def walking_carriage(path: Path, feet: FeetTrack, style: Style, rng: np.random.Generator) -> Carriage:
+def walking_posture(path: GaitPath, feet: FeetTrack, style: MovementStyle, rng: np.random.Generator) -> PostureTrack:
     """Return the carriage of walking and running, driven by how far each foot is ahead of the other.
 
     The pelvis turns with the leading leg and drops on the swinging side, the chest turns against it, arms swing against
@@ -38,14 +38,14 @@ def walking_carriage(path: Path, feet: FeetTrack, style: Style, rng: np.random.G
     """
     t, noise = path.t, smooth_noise(path.t, rng, 6, 1.5)
     forward = np.stack([np.cos(path.heading), np.sin(path.heading)], axis=1)
-    ahead = smoothed(np.einsum("ta,ta->t", feet.ankle[:, 0, :2] - feet.ankle[:, 1, :2], forward), 3.0) / STRIDE
-    run = smoothed(path.running(t), 10.0)
-    moving = smoothed(np.minimum(path.speed / 1.3, 1.0), 10.0)
-    load = smoothed(feet.planted[:, 0] * 1.0 - feet.planted[:, 1], 4.5)  # +1 on the left foot alone
+    ahead = smooth_gaussian(np.einsum("ta,ta->t", feet.ankle[:, 0, :2] - feet.ankle[:, 1, :2], forward), 3.0) / STRIDE
+    run = smooth_gaussian(path.running(t), 10.0)
+    moving = smooth_gaussian(np.minimum(path.speed / 1.3, 1.0), 10.0)
+    load = smooth_gaussian(feet.planted[:, 0] * 1.0 - feet.planted[:, 1], 4.5)  # +1 on the left foot alone
     yaw = style.twist * (1.0 - 0.3 * run) * ahead
     roll = np.deg2rad(3.0) * moving * load
     pitch = np.deg2rad(3.0) * moving + np.deg2rad(4.0) * run
-    push = smoothed(np.gradient(path.speed, t), 10.0) / GRAVITY  # people lean into the push of the ground
+    push = smooth_gaussian(np.gradient(path.speed, t), 10.0) / GRAVITY_M_S2  # people lean into the push of the ground
     lean = style.lean + np.deg2rad(5.0) * run + np.deg2rad(1.0) * noise[:, 0] + push
     coming = np.interp(t + 0.35, t, path.heading)
     head = np.stack([coming + 0.06 * noise[:, 4], np.deg2rad(4.0) + 0.03 * noise[:, 5], 0.0 * t], axis=1)
@@ -53,9 +53,9 @@ def walking_carriage(path: Path, feet: FeetTrack, style: Style, rng: np.random.G
     return _carriage(style, np.stack([path.heading - yaw, pitch, roll], axis=1), upper, head)
 
 
-def _swinging(t: np.ndarray, ahead: np.ndarray, run: np.ndarray, noise: np.ndarray, style: Style) -> np.ndarray:
+def _swinging(t: np.ndarray, ahead: np.ndarray, run: np.ndarray, noise: np.ndarray, style: MovementStyle) -> np.ndarray:
     """Return both arms (2, T, 4), swinging a little after the left foot's lead ``ahead`` (T,), elbows bent to ``run`` (T,)."""
-    late = smoothed(np.interp(t - 0.04, t, ahead), 3.0)
+    late = smooth_gaussian(np.interp(t - 0.04, t, ahead), 3.0)
     arms = np.empty((2, len(t), 4))
     for side, sign in ((0, 1.0), (1, -1.0)):
         swing = -sign * late * style.arm_swing * (1.0 - 0.2 * run)
@@ -65,7 +65,7 @@ def _swinging(t: np.ndarray, ahead: np.ndarray, run: np.ndarray, noise: np.ndarr
     return arms
 
 
-def standing_carriage(t: np.ndarray, sway: np.ndarray, style: Style, rng: np.random.Generator) -> Carriage:
+def standing_posture(t: np.ndarray, sway: np.ndarray, style: MovementStyle, rng: np.random.Generator) -> PostureTrack:
     """Return the carriage of a person who stands, shifts the weight by ``sway`` (T,), looks around and gestures."""
     noise, arms = smooth_noise(t, rng, 6, 3.0), _gesturing(t, style, rng)
     busy = arms[1, :, 0] - arms[0, :, 0]  # the trunk turns and leans away from a raised arm
@@ -73,10 +73,10 @@ def standing_carriage(t: np.ndarray, sway: np.ndarray, style: Style, rng: np.ran
     trunk = np.stack([0.6 * yaw + 0.08 * busy, style.lean + 0.02 * noise[:, 1], 0.05 * busy - 0.9 * roll], axis=1)
     head = np.stack([yaw + 0.25 * noise[:, 4] - 0.15 * busy, 0.05 + 0.06 * noise[:, 5], 0.0 * t], axis=1)
     upper = _upper(arms + 0.03 * noise[:, 2:4].T[..., None], trunk, style.slump)
-    return _carriage(style, np.stack([yaw, 0.0 * t, roll], axis=1), upper, smoothed(head, 6.0))
+    return _carriage(style, np.stack([yaw, 0.0 * t, roll], axis=1), upper, smooth_gaussian(head, 6.0))
 
 
-def _gesturing(t: np.ndarray, style: Style, rng: np.random.Generator) -> np.ndarray:
+def _gesturing(t: np.ndarray, style: MovementStyle, rng: np.random.Generator) -> np.ndarray:
     """Return both arms (2, T, 4): gestures in random order, some with both arms, beats on top of waving and explaining."""
     rest = np.array([_hanging(style)] * 2)
     times, keys, beat = [0.0, 0.4], [rest, rest], np.zeros((2, len(t), 4))
@@ -91,10 +91,12 @@ def _gesturing(t: np.ndarray, style: Style, rng: np.random.Generator) -> np.ndar
         keys += [pose, pose, rest, rest]
         fade = smoother_step((t - begin - 0.6 * reach) / 0.4) * smoother_step((begin + reach + hold + 0.2 - t) / 0.4)
         beat[sides] += (fade * np.sin(2.0 * np.pi * BEAT_RATE * (t - begin)))[:, None] * BEAT.get(str(name), np.zeros(4))
-    return np.moveaxis(keyframes(t, np.array(times), np.array(keys)), 1, 0) + beat
+    return np.moveaxis(interpolate_keyframes(t, np.array(times), np.array(keys)), 1, 0) + beat
 
 
-def bending_carriage(t: np.ndarray, depth: np.ndarray, lean: float, arms: float, style: Style, rng: np.random.Generator) -> Carriage:
+def bending_posture(
+    t: np.ndarray, depth: np.ndarray, lean: float, arms: float, style: MovementStyle, rng: np.random.Generator
+) -> PostureTrack:
     """Return the carriage of a person who bends the knees.
 
     Args:
@@ -113,12 +115,12 @@ def bending_carriage(t: np.ndarray, depth: np.ndarray, lean: float, arms: float,
     return _carriage(style, np.stack([0.0 * t, 0.55 * lean * depth, 0.0 * t], axis=1), _upper(both, trunk, style.slump), head)
 
 
-def _carriage(style: Style, pelvis: np.ndarray, upper: np.ndarray, head: np.ndarray) -> Carriage:
+def _carriage(style: MovementStyle, pelvis: np.ndarray, upper: np.ndarray, head: np.ndarray) -> PostureTrack:
     none = np.zeros(len(pelvis))
-    return Carriage(pelvis, upper, head, none + np.inf, LEG_LENGTH * (1.0 - style.crouch), none, none)
+    return PostureTrack(pelvis, upper, head, none + np.inf, LEG_LENGTH * (1.0 - style.crouch), none, none)
 
 
-def _hanging(style: Style) -> np.ndarray:
+def _hanging(style: MovementStyle) -> np.ndarray:
     return np.array([style.abduction, np.deg2rad(4.0), np.deg2rad(15.0), style.elbow])
 
 
@@ -133,14 +135,14 @@ def _upper(arms: np.ndarray, trunk: np.ndarray, slump: float) -> np.ndarray:
     local = np.zeros((len(trunk), BODY_COUNT, 4))
     local[..., 0] = 1.0
     for name, rounded in (("spine", -0.5 * slump), ("chest", slump)):
-        local[:, NAMES.index(name)] = _rotations("ZYX", 0.5 * trunk + np.array([0.0, rounded, 0.0]))
+        local[:, BODY_NAMES.index(name)] = _rotations("ZYX", 0.5 * trunk + np.array([0.0, rounded, 0.0]))
     for name, sign, arm in (("l", 1.0, arms[0]), ("r", -1.0, arms[1])):
         elevation, swing, turn, elbow = arm.T
         shrug = np.deg2rad(20.0) * smoother_step((elevation - np.deg2rad(60.0)) / np.deg2rad(90.0))  # the collar follows a high arm
         shoulder = np.stack([sign * (elevation - shrug - 0.5 * np.pi), -sign * swing, turn], axis=1)
-        local[:, NAMES.index(f"collar_{name}")] = _rotations("X", sign * shrug[:, None])
-        local[:, NAMES.index(f"upper_arm_{name}")] = _rotations("XZY", shoulder)
-        local[:, NAMES.index(f"forearm_{name}")] = _rotations("Z", -sign * elbow[:, None])
+        local[:, BODY_NAMES.index(f"collar_{name}")] = _rotations("X", sign * shrug[:, None])
+        local[:, BODY_NAMES.index(f"upper_arm_{name}")] = _rotations("XZY", shoulder)
+        local[:, BODY_NAMES.index(f"forearm_{name}")] = _rotations("Z", -sign * elbow[:, None])
     return local
 
 

@@ -8,19 +8,21 @@ from scipy.spatial.transform import Rotation
 from datasets.ik.leg_ik import leg_ik
 from datasets.motion.clip import FPS
 from datasets.motion.curves import smooth_below
-from datasets.motion.humanoid import HEAD, NAMES, SKELETON
+from datasets.motion.humanoid import BODY_NAMES, HEAD_BODY, SKELETON
 from datasets.motion.kinematics import centre_of_mass
-from datasets.motion.rotation import about_axis, conjugate, multiply, rotate
+from datasets.motion.rotation import conjugate, from_axis_angle, multiply, rotate
 from datasets.motion.skeleton import forward_kinematics
-from datasets.synthetic.balance import GRAVITY, balanced_path, reachable_height, tipping_cure
+from datasets.synthetic.balance import GRAVITY_M_S2, balance_correction, balanced_path, reachable_height
 from datasets.synthetic.footsteps import FeetTrack
 
-ROUNDS = 5  # of moving the pelvis until the forces fit; the last moves it by a few millimetres in a run, by less than one elsewhere
+BALANCE_ITERATIONS = (
+    5  # of moving the pelvis until the forces fit; the last moves it by a few millimetres in a run, by less than one elsewhere
+)
 _Y = np.array([0.0, 1.0, 0.0])
 
 
 @dataclass(frozen=True)
-class Carriage:
+class PostureTrack:
     """What a body does above its feet; the pelvis' place and the legs follow from it.
 
     Attributes:
@@ -47,7 +49,7 @@ def from_yaw_pitch_roll(angles: np.ndarray) -> np.ndarray:
     return Rotation.from_euler("ZYX", angles).as_quat(scalar_first=True)
 
 
-def perform(feet: FeetTrack, carriage: Carriage) -> tuple[np.ndarray, np.ndarray]:
+def solve_whole_body(feet: FeetTrack, carriage: PostureTrack) -> tuple[np.ndarray, np.ndarray]:
     """Return the root's positions (T, 3) [m] and the local rotations (T, 20, 4) of a body that keeps its balance.
 
     The pelvis starts on the path that would balance a point mass over the pressure under the feet; then it is moved until
@@ -58,16 +60,16 @@ def perform(feet: FeetTrack, carriage: Carriage) -> tuple[np.ndarray, np.ndarray
     local[:, 0] = root_rotation
     pressure = feet.pressure
     root, wave = np.zeros_like(pressure), np.zeros(len(pressure))
-    root[:, :2] = balanced_path(pressure[:, :2], np.full(len(pressure), GRAVITY / 0.9), FPS)
-    for _ in range(ROUNDS):
+    root[:, :2] = balanced_path(pressure[:, :2], np.full(len(pressure), GRAVITY_M_S2 / 0.9), FPS)
+    for _ in range(BALANCE_ITERATIONS):
         root[:, 2] = _height(root, root_rotation, feet, carriage) - carriage.flying * wave
         _legs(local, root, root_rotation, feet)
         rotations = _poses(root, local)[1]
-        local[:, HEAD] = multiply(conjugate(rotations[:, SKELETON.parents[HEAD]]), from_yaw_pitch_roll(carriage.head))
+        local[:, HEAD_BODY] = multiply(conjugate(rotations[:, SKELETON.parents[HEAD_BODY]]), from_yaw_pitch_roll(carriage.head))
         positions, rotations = _poses(root, local)
         centre = centre_of_mass(positions, rotations)
         wave = (centre - root)[:, 2] - (centre - root)[:, 2].mean()
-        root[:, :2] += tipping_cure(positions, rotations, pressure, FPS)
+        root[:, :2] += balance_correction(positions, rotations, pressure, FPS)
     root[:, 2] = _height(root, root_rotation, feet, carriage) - carriage.flying * wave
     _legs(local, root, root_rotation, feet)
     return root, local
@@ -81,11 +83,11 @@ def _poses(root: np.ndarray, local: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
 def _hip_offset(root_rotation: np.ndarray, side: int) -> np.ndarray:
     """Return the hip relative to the pelvis in the world's axes [m], shape (T, 3)."""
-    hip = SKELETON.offsets[NAMES.index(f"thigh_{'lr'[side]}")]
+    hip = SKELETON.offsets[BODY_NAMES.index(f"thigh_{'lr'[side]}")]
     return rotate(root_rotation, np.broadcast_to(hip, (len(root_rotation), 3)))
 
 
-def _height(root: np.ndarray, root_rotation: np.ndarray, feet: FeetTrack, carriage: Carriage) -> np.ndarray:
+def _height(root: np.ndarray, root_rotation: np.ndarray, feet: FeetTrack, carriage: PostureTrack) -> np.ndarray:
     """Return the pelvis' height (T,) [m]: as high as the legs allow, smoothed; flying where the body flies."""
     reach = np.min([reachable_height(_hip_offset(root_rotation, s), root[:, :2], feet.ankle[:, s], carriage.leg) for s in (0, 1)], axis=0)
     walking = smooth_below(np.minimum(reach, carriage.height), 5.0)
@@ -99,14 +101,14 @@ def _legs(local: np.ndarray, root: np.ndarray, root_rotation: np.ndarray, feet: 
     """Write thighs, shins, feet and toes into ``local`` so that each foot is where its track says."""
     heading = np.arctan2(*(rotate(root_rotation, np.broadcast_to([1.0, 0.0, 0.0], root.shape))[:, axis] for axis in (1, 0)))
     for side, name in enumerate("lr"):
-        thigh, shin, foot, toe = (NAMES.index(f"{part}_{name}") for part in ("thigh", "shin", "foot", "toe"))
+        thigh, shin, foot, toe = (BODY_NAMES.index(f"{part}_{name}") for part in ("thigh", "shin", "foot", "toe"))
         splay = feet.yaw[:, side] - heading
         knee = heading + 0.7 * (splay - 2.0 * np.pi * np.round(splay / (2.0 * np.pi)))
         forward = np.stack([np.cos(knee), np.sin(knee), 0.0 * knee], axis=1)
         hip = root + _hip_offset(root_rotation, side)
         thigh_w, flexion = leg_ik(hip, feet.ankle[:, side], forward)
         local[:, thigh] = multiply(conjugate(root_rotation), thigh_w)
-        local[:, shin] = about_axis(_Y, flexion)
+        local[:, shin] = from_axis_angle(_Y, flexion)
         sole = from_yaw_pitch_roll(np.stack([feet.yaw[:, side], feet.pitch[:, side], 0.0 * flexion], axis=1))
         local[:, foot] = multiply(conjugate(multiply(thigh_w, local[:, shin])), sole)
-        local[:, toe] = about_axis(_Y, feet.toe_bend[:, side])
+        local[:, toe] = from_axis_angle(_Y, feet.toe_bend[:, side])

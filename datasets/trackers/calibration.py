@@ -5,32 +5,32 @@ from typing import NamedTuple
 import numpy as np
 
 from configs.errors import require
-from datasets.motion.humanoid import NAMES
-from datasets.motion.rotation import about_axis, angle, conjugate, multiply, normalise, rotate
-from datasets.motion.rotation_matrices import matrices
-from datasets.motion.t_pose import T_POSE
-from datasets.motion.vectors import between, unit_vector
-from datasets.trackers.trackers import HAND_L, HAND_R, HEAD, TRACKED, TRACKERS, TrackerPoses
+from datasets.motion.humanoid import BODY_NAMES
+from datasets.motion.rotation import conjugate, from_axis_angle, multiply, normalise, rotate, rotation_angle
+from datasets.motion.rotation_matrices import quaternions_to_matrices
+from datasets.motion.t_pose import T_POSE_POSITIONS
+from datasets.motion.vectors import rotation_between, unit_vector
+from datasets.trackers.trackers import HAND_L_TRACKER, HAND_R_TRACKER, HEAD_TRACKER, TRACKED_BODIES, TRACKER_NAMES, TrackerPoses
 
-STANDARD = T_POSE[TRACKED]  # m, of the four joints, (4, 3)
-_HANDS = [HAND_L, HAND_R]
-_SHOULDERS = T_POSE[[NAMES.index("upper_arm_l"), NAMES.index("upper_arm_r")]]
-_ARMS = STANDARD[_HANDS] - _SHOULDERS
-EYES = 0.10  # m, by which a head-mounted display is in front of the joint that carries the head, and higher
+STANDARD_JOINT_POSITIONS = T_POSE_POSITIONS[TRACKED_BODIES]  # m, of the four joints, (4, 3)
+_HANDS = [HAND_L_TRACKER, HAND_R_TRACKER]
+_SHOULDERS = T_POSE_POSITIONS[[BODY_NAMES.index("upper_arm_l"), BODY_NAMES.index("upper_arm_r")]]
+_ARMS = STANDARD_JOINT_POSITIONS[_HANDS] - _SHOULDERS
+EYE_OFFSET_M = 0.10  # m, by which a head-mounted display is in front of the joint that carries the head, and higher
 # The head's height tells a person's size best. Virtual users of 1.57, 1.71 and 1.84 m who stand in a sloppy T-pose get it wrong by
 # 0.9 % (root mean square); by the height of the pelvis' tracker, the paper's way, by 4.8 %, since belts are over the joint and at any
 # height; by the same with the belt's usual height allowed for 2.6 %; by the span of the hands 1.2 %.
-STANDARD_EYES = STANDARD[HEAD, 2] + EYES
+STANDARD_EYE_HEIGHT_M = STANDARD_JOINT_POSITIONS[HEAD_TRACKER, 2] + EYE_OFFSET_M
 
 # What still counts as a T-pose
-HEIGHTS = (0.8, 2.5)  # m, of the head's tracker
-STILL = 0.06  # m, that a tracker may stray from its mean place
-STILL_TURN = np.radians(20.0)  # that it may turn away from its mean rotation
-BELT = (0.5, 0.72)  # height of the pelvis' tracker over the head's; 0.62 where the belt usually is
-ARM_HEIGHT = 0.16  # by how much of the head's height a hand may be over or under the shoulders: 15 degrees
-SPAN = (0.75, 1.2)  # from hand to hand, over the head's height; 1.0 on the standard humanoid
-AHEAD = 0.06  # m, that the hands may be ahead of the head; a display is in front of it
-NOT_UNIT = 0.01  # by which the length of a quaternion may be off
+HEAD_HEIGHT_RANGE_M = (0.8, 2.5)  # m, of the head's tracker
+MAX_T_POSE_MOVEMENT_M = 0.06  # m, that a tracker may stray from its mean place
+MAX_T_POSE_TURN_RAD = np.radians(20.0)  # that it may turn away from its mean rotation
+PELVIS_HEIGHT_RATIO_RANGE = (0.5, 0.72)  # height of the pelvis' tracker over the head's; 0.62 where the belt usually is
+MAX_HAND_HEIGHT_RATIO = 0.16  # by how much of the head's height a hand may be over or under the shoulders: 15 degrees
+HAND_SPAN_RATIO_RANGE = (0.75, 1.2)  # from hand to hand, over the head's height; 1.0 on the standard humanoid
+MAX_HANDS_AHEAD_M = 0.06  # m, that the hands may be ahead of the head; a display is in front of it
+QUATERNION_NORM_TOLERANCE = 0.01  # by which the length of a quaternion may be off
 
 
 class TrackerCalibration(NamedTuple):
@@ -56,14 +56,14 @@ class TrackerCalibration(NamedTuple):
             field[row] = value
 
 
-def uncalibrated(users: int) -> TrackerCalibration:
+def identity_calibration(users: int) -> TrackerCalibration:
     """Return the calibrations of N persons of standard size whose trackers are in the joints themselves: slots to ``put`` others into."""
-    turns = np.zeros((users, len(TRACKERS), 4))
+    turns = np.zeros((users, len(TRACKER_NAMES), 4))
     turns[..., 0] = 1.0
-    return TrackerCalibration(np.ones(users), turns, np.zeros((users, len(TRACKERS), 3)))
+    return TrackerCalibration(np.ones(users), turns, np.zeros((users, len(TRACKER_NAMES), 3)))
 
 
-def calibrate(t_pose: TrackerPoses) -> TrackerCalibration:
+def calibrate_trackers(t_pose: TrackerPoses) -> TrackerCalibration:
     """Return how a person wears the trackers.
 
     In a T-pose all four joints face where the person faces, square to the line between the hands, and are where the standard
@@ -81,33 +81,33 @@ def calibrate(t_pose: TrackerPoses) -> TrackerCalibration:
     """
     positions, rotations = _mean_poses(t_pose)
     _check(positions)
-    scale = positions[HEAD, 2] / STANDARD_EYES
+    scale = positions[HEAD_TRACKER, 2] / STANDARD_EYE_HEIGHT_M
     positions = positions / scale
-    left = positions[HAND_L] - positions[HAND_R]
-    facing = np.tile(about_axis(np.array([0.0, 0.0, 1.0]), np.arctan2(-left[0], left[1])), (len(TRACKERS), 1))
-    origin = (positions[HEAD] - rotate(facing[0], np.array([EYES, 0.0, 0.0]))) * (1.0, 1.0, 0.0)
-    joints = origin + rotate(facing, STANDARD)
+    left = positions[HAND_L_TRACKER] - positions[HAND_R_TRACKER]
+    facing = np.tile(from_axis_angle(np.array([0.0, 0.0, 1.0]), np.arctan2(-left[0], left[1])), (len(TRACKER_NAMES), 1))
+    origin = (positions[HEAD_TRACKER] - rotate(facing[0], np.array([EYE_OFFSET_M, 0.0, 0.0]))) * (1.0, 1.0, 0.0)
+    joints = origin + rotate(facing, STANDARD_JOINT_POSITIONS)
     turned_joints = facing.copy()
     shoulders, arms = origin + rotate(facing[_HANDS], _SHOULDERS), rotate(facing[_HANDS], _ARMS)
-    raised = between(unit_vector(arms), unit_vector(positions[_HANDS] - shoulders))
+    raised = rotation_between(unit_vector(arms), unit_vector(positions[_HANDS] - shoulders))
     joints[_HANDS], turned_joints[_HANDS] = shoulders + rotate(raised, arms), multiply(raised, facing[_HANDS])
     back = conjugate(rotations)
     return TrackerCalibration(np.array(scale), multiply(back, turned_joints), rotate(back, joints - positions))
 
 
-def joint_poses(calibration: TrackerCalibration, trackers: TrackerPoses) -> TrackerPoses:
+def calibrated_joint_poses(calibration: TrackerCalibration, trackers: TrackerPoses) -> TrackerPoses:
     """Return the poses of the four joints on the standard humanoid.
 
     Args:
         calibration: Of one person, or of N.
         trackers: What their trackers tell, shape (..., 4, ...), (N, 4, ...) or (T, N, 4, ...).
     """
-    seen = turned(calibration, trackers)
-    away = matrices(trackers.rotations) @ calibration.offset_positions[..., None]
+    seen = rotation_calibrated_poses(calibration, trackers)
+    away = quaternions_to_matrices(trackers.rotations) @ calibration.offset_positions[..., None]
     return TrackerPoses(seen.positions + away[..., 0], seen.rotations)
 
 
-def turned(calibration: TrackerCalibration, trackers: TrackerPoses) -> TrackerPoses:
+def rotation_calibrated_poses(calibration: TrackerCalibration, trackers: TrackerPoses) -> TrackerPoses:
     """Return the trackers at the standard humanoid's size and turned like the joints, but where the trackers are: the paper's way.
 
     Args:
@@ -128,18 +128,18 @@ def _mean_poses(t_pose: TrackerPoses) -> tuple[np.ndarray, np.ndarray]:
     require(bool(finite) and len(t_pose.positions) > 0, "T-pose", "empty or not finite", "a second of finite numbers")
     lengths = np.linalg.norm(t_pose.rotations, axis=-1)
     worst = lengths.flat[np.abs(lengths - 1.0).argmax()]
-    require(abs(worst - 1.0) < NOT_UNIT, "T-pose: length of a rotation", f"{worst:.3g}", "1, of a unit quaternion wxyz")
+    require(abs(worst - 1.0) < QUATERNION_NORM_TOLERANCE, "T-pose: length of a rotation", f"{worst:.3g}", "1, of a unit quaternion wxyz")
     positions = t_pose.positions.mean(axis=0)
     agree = np.where(np.sum(t_pose.rotations * t_pose.rotations[:1], axis=-1, keepdims=True) < 0.0, -1.0, 1.0)
     rotations = normalise(np.sum(agree * t_pose.rotations, axis=0))
-    head = positions[HEAD, 2]
-    should = f"{HEIGHTS[0]} to {HEIGHTS[1]} m; are these metres, z up, ground at 0?"
-    require(HEIGHTS[0] < head < HEIGHTS[1], "T-pose: height of head", f"{head:.3g} m", should)
+    head = positions[HEAD_TRACKER, 2]
+    should = f"{HEAD_HEIGHT_RANGE_M[0]} to {HEAD_HEIGHT_RANGE_M[1]} m; are these metres, z up, ground at 0?"
+    require(HEAD_HEIGHT_RANGE_M[0] < head < HEAD_HEIGHT_RANGE_M[1], "T-pose: height of head", f"{head:.3g} m", should)
     strays = np.linalg.norm(t_pose.positions - positions, axis=-1).max(axis=0)
-    turns = angle(multiply(conjugate(rotations)[None], t_pose.rotations)).max(axis=0)
-    for name, stray, turn in zip(TRACKERS, strays, turns, strict=True):
+    turns = rotation_angle(multiply(conjugate(rotations)[None], t_pose.rotations)).max(axis=0)
+    for name, stray, turn in zip(TRACKER_NAMES, strays, turns, strict=True):
         moved = f"moving by {stray:.2f} m and {np.degrees(turn):.0f} degrees"
-        require(stray < STILL and turn < STILL_TURN, f"T-pose: {name}", moved, "still")
+        require(stray < MAX_T_POSE_MOVEMENT_M and turn < MAX_T_POSE_TURN_RAD, f"T-pose: {name}", moved, "still")
     return positions, rotations
 
 
@@ -148,15 +148,20 @@ def _check(positions: np.ndarray) -> None:
     head, left, right, pelvis = positions
     reach = left - right
     span, height = float(np.linalg.norm(reach)), float(head[2])
-    for name, at in zip(TRACKERS, positions, strict=True):
+    for name, at in zip(TRACKER_NAMES, positions, strict=True):
         require(at[2] > 0.0, f"T-pose: height of {name}", f"{at[2]:.2f} m", "above the ground; z up, ground at 0?")
-    upright = BELT[0] < pelvis[2] / height < BELT[1]
+    upright = PELVIS_HEIGHT_RATIO_RANGE[0] < pelvis[2] / height < PELVIS_HEIGHT_RATIO_RANGE[1]
     require(upright, "T-pose: height of pelvis", f"{pelvis[2]:.2f} m", f"about 0.6 of the head's {height:.2f} m: stand upright")
-    require(SPAN[0] < span / height < SPAN[1], "T-pose: from hand to hand", f"{span:.2f} m", f"about {height:.2f} m: arms out to the sides")
-    shoulder = STANDARD[HAND_L, 2] / STANDARD_EYES * height
+    require(
+        HAND_SPAN_RATIO_RANGE[0] < span / height < HAND_SPAN_RATIO_RANGE[1],
+        "T-pose: from hand to hand",
+        f"{span:.2f} m",
+        f"about {height:.2f} m: arms out to the sides",
+    )
+    shoulder = STANDARD_JOINT_POSITIONS[HAND_L_TRACKER, 2] / STANDARD_EYE_HEIGHT_M * height
     for name, hand in (("hand_l", left), ("hand_r", right)):
-        level = abs(hand[2] - shoulder) < ARM_HEIGHT * height
+        level = abs(hand[2] - shoulder) < MAX_HAND_HEIGHT_RATIO * height
         require(level, f"T-pose: height of {name}", f"{hand[2]:.2f} m", f"about {shoulder:.2f} m: arms level with the shoulders")
     ahead = (0.5 * (left + right) - head)[:2] @ np.array([reach[1], -reach[0]]) / span
     should = "at its sides, the left controller in the left hand"
-    require(ahead < AHEAD, "T-pose: middle of the hands", f"{ahead:.2f} m ahead of the head", should)
+    require(ahead < MAX_HANDS_AHEAD_M, "T-pose: middle of the hands", f"{ahead:.2f} m ahead of the head", should)

@@ -6,21 +6,23 @@ the pelvis and each thigh. On our humanoid thighs hang on the pelvis, and the tw
 
 import numpy as np
 
-from datasets.cleanup.foot_contacts import foot_contacts
+from datasets.cleanup.foot_contacts import detect_foot_contacts
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import ANKLE_HEIGHT, NAMES, SKELETON
+from datasets.motion.humanoid import ANKLE_HEIGHT, BODY_NAMES, SKELETON
 from datasets.motion.kinematics import body_poses
-from datasets.motion.rotation import Array, Constant, about_axis, conjugate, heading, multiply, namespace, normalise, to_matrix
+from datasets.motion.rotation import Array, Constant, array_namespace, conjugate, from_axis_angle, heading, multiply, normalise, to_matrix
 
-JOINTS: tuple[str, ...] = tuple(f"{joint}_{side}" for side in "lr" for joint in ("hip", "thigh", "shin", "foot"))
-MOVING = [joint for joint, name in enumerate(JOINTS) if not name.startswith("hip")]
-LEG_BODIES = [NAMES.index(JOINTS[joint]) for joint in MOVING]
-TOES = [NAMES.index(f"toe_{side}") for side in "lr"]
-SIX = 6  # numbers of a rotation: its forward and its up axis
-TOE_REST = ANKLE_HEIGHT + float(SKELETON.offsets[TOES[0], 2])  # m, height of a toe-base whose sole lies flat on the ground
+LEG_JOINTS: tuple[str, ...] = tuple(f"{joint}_{side}" for side in "lr" for joint in ("hip", "thigh", "shin", "foot"))
+MOVING_LEG_JOINTS = [joint for joint, name in enumerate(LEG_JOINTS) if not name.startswith("hip")]
+LEG_BODIES = [BODY_NAMES.index(LEG_JOINTS[joint]) for joint in MOVING_LEG_JOINTS]
+TOE_BODIES = [BODY_NAMES.index(f"toe_{side}") for side in "lr"]
+ROTATION_6D_SIZE = 6  # numbers of a rotation: its forward and its up axis
+TOE_REST = ANKLE_HEIGHT + float(SKELETON.offsets[TOE_BODIES[0], 2])  # m, height of a toe-base whose sole lies flat on the ground
 CONTACT_HEIGHT = 0.01  # m, above its height at rest, below which a toe-base is in contact (appendix 2, ERRATA)
 _UP = Constant([0.0, 0.0, 1.0])
-_CHAIN = Constant(np.array([SKELETON.offsets[NAMES.index(f"{part}_{side}")] for side in "lr" for part in ("thigh", "shin", "foot", "toe")]))
+_CHAIN = Constant(
+    np.array([SKELETON.offsets[BODY_NAMES.index(f"{part}_{side}")] for side in "lr" for part in ("thigh", "shin", "foot", "toe")])
+)
 
 
 def leg_rotations(local_rotations: np.ndarray) -> np.ndarray:
@@ -29,16 +31,16 @@ def leg_rotations(local_rotations: np.ndarray) -> np.ndarray:
     Args:
         local_rotations: Of the 20 bodies relative to their parents, wxyz, shape (..., 20, 4).
     """
-    legs = np.zeros((*local_rotations.shape[:-2], len(JOINTS), 4), dtype=local_rotations.dtype)
+    legs = np.zeros((*local_rotations.shape[:-2], len(LEG_JOINTS), 4), dtype=local_rotations.dtype)
     legs[..., 0] = 1.0
-    legs[..., MOVING, :] = local_rotations[..., LEG_BODIES, :]
+    legs[..., MOVING_LEG_JOINTS, :] = local_rotations[..., LEG_BODIES, :]
     return legs
 
 
 def with_legs(local_rotations: np.ndarray, legs: np.ndarray) -> np.ndarray:
     """Return poses (..., 20, 4) whose legs are turned like the eight joints (..., 8, 4); what knees cannot do is left out."""
     posed = local_rotations.copy()
-    posed[..., LEG_BODIES, :] = legs[..., MOVING, :]
+    posed[..., LEG_BODIES, :] = legs[..., MOVING_LEG_JOINTS, :]
     shins = LEG_BODIES[1::3]
     posed[..., shins, 1::2] = 0.0  # a hinge about y: the nearest turn keeps w and y
     posed[..., shins, :] = normalise(posed[..., shins, :])
@@ -51,18 +53,18 @@ def toe_contacts(motion: BodyMotion) -> np.ndarray:
     Feet of real clips float or sink by a centimetre or two, so that at a centimetre above the ground's zero some never touch it and
     others always do: a toe-base's height at rest is that which it has in this clip while its foot stands.
     """
-    heights, stands = body_poses(motion)[0][:, TOES, 2], foot_contacts(motion)
+    heights, stands = body_poses(motion)[0][:, TOE_BODIES, 2], detect_foot_contacts(motion)
     rest = np.where(stands.any(axis=0), np.nanmedian(np.where(stands | ~stands.any(axis=0), heights, np.nan), axis=0), TOE_REST)
     return heights < rest + CONTACT_HEIGHT
 
 
 def pelvis_tilt(rotations: Array) -> Array:
     """Return how a pelvis (..., 4) is tilted against the upright reference that faces where it faces, as matrices (..., 3, 3)."""
-    facing = about_axis(_UP.like(rotations), heading(rotations))
+    facing = from_axis_angle(_UP.like(rotations), heading(rotations))
     return to_matrix(multiply(conjugate(facing), rotations))
 
 
-def turned_legs(legs: Array, turn: Array) -> Array:
+def change_thigh_frame(legs: Array, turn: Array) -> Array:
     """Return legs whose thighs are told against another frame, the pelvis' or the upright reference's.
 
     Args:
@@ -71,17 +73,17 @@ def turned_legs(legs: Array, turn: Array) -> Array:
     """
     thighs = turn[..., None, :, :] @ legs[..., 1::4, :, :]
     parts = [legs[..., :1, :, :], thighs[..., :1, :, :], legs[..., 2:5, :, :], thighs[..., 1:, :, :], legs[..., 6:, :, :]]
-    return namespace(legs).concat(parts, axis=-3)
+    return array_namespace(legs).concat(parts, axis=-3)
 
 
-def to_six(matrices: Array) -> Array:
+def to_rotation_6d(matrices: Array) -> Array:
     """Return the forward and the up axis of rotation matrices (..., 3, 3) as six numbers, shape (..., 6)."""
-    return namespace(matrices).concat([matrices[..., 0], matrices[..., 2]], axis=-1)
+    return array_namespace(matrices).concat([matrices[..., 0], matrices[..., 2]], axis=-1)
 
 
-def from_six(six: Array) -> Array:
+def from_rotation_6d(six: Array) -> Array:
     """Return the rotation matrices (..., 3, 3) nearest to six numbers: the forward axis is kept, the up axis made square to it."""
-    xp = namespace(six)
+    xp = array_namespace(six)
     forward = _unit(six[..., :3])
     up = six[..., 3:]
     up = _unit(up - (up * forward).sum(-1)[..., None] * forward)
@@ -110,7 +112,7 @@ def toe_positions(legs: Array) -> Array:
         for joint, offset in zip((3, 2, 1), (offsets[2], offsets[1], offsets[0]), strict=True):
             point = (legs[..., 4 * side + joint, :, :] @ point[..., None])[..., 0] + offset
         sides.append((legs[..., 4 * side, :, :] @ point[..., None])[..., 0])  # the rigid hip joint, at the pelvis' origin
-    return namespace(legs).stack(sides, axis=-2)
+    return array_namespace(legs).stack(sides, axis=-2)
 
 
 def _unit(v: Array) -> Array:

@@ -5,13 +5,13 @@ from typing import NamedTuple
 import numpy as np
 
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import NAMES
+from datasets.motion.humanoid import BODY_NAMES
 from datasets.motion.kinematics import body_poses
 
-RATE = 45.0  # Hz, of everything that LoBSTr does
-TRACKERS: tuple[str, ...] = ("head", "hand_l", "hand_r", "pelvis")  # each is called as the body that wears it
-HEAD, HAND_L, HAND_R, PELVIS = range(4)
-TRACKED = [NAMES.index(name) for name in TRACKERS]
+TRACKER_RATE_HZ = 45.0  # Hz, of everything that LoBSTr does
+TRACKER_NAMES: tuple[str, ...] = ("head", "hand_l", "hand_r", "pelvis")  # each is called as the body that wears it
+HEAD_TRACKER, HAND_L_TRACKER, HAND_R_TRACKER, PELVIS_TRACKER = range(4)
+TRACKED_BODIES = [BODY_NAMES.index(name) for name in TRACKER_NAMES]
 
 
 class TrackerPoses(NamedTuple):
@@ -29,4 +29,4 @@ class TrackerPoses(NamedTuple):
 def tracker_poses(motion: BodyMotion) -> TrackerPoses:
     """Return the poses of the four joints in each frame of a clip: what perfect trackers in the joints themselves would tell."""
     positions, rotations = body_poses(motion)
-    return TrackerPoses(positions[:, TRACKED], rotations[:, TRACKED])
+    return TrackerPoses(positions[:, TRACKED_BODIES], rotations[:, TRACKED_BODIES])

@@ -7,12 +7,12 @@ chest's frame, the right one as the left one in a mirror.
 
 import numpy as np
 
-from datasets.motion.humanoid import BODY_COUNT, NAMES, SKELETON
+from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES, SKELETON
 from datasets.motion.rotation import cross
-from datasets.motion.rotation_matrices import matrices, quaternions
-from datasets.trackers.trackers import HAND_L, HAND_R, HEAD, PELVIS, TrackerPoses
+from datasets.motion.rotation_matrices import matrices_to_quaternions, quaternions_to_matrices
+from datasets.trackers.trackers import HAND_L_TRACKER, HAND_R_TRACKER, HEAD_TRACKER, PELVIS_TRACKER, TrackerPoses
 
-_OFFSETS = dict(zip(NAMES, SKELETON.offsets, strict=True))
+_OFFSETS = dict(zip(BODY_NAMES, SKELETON.offsets, strict=True))
 _LOIN, _BACK = float(_OFFSETS["chest"][2]), float(_OFFSETS["head"][2])  # m, the trunk's bones
 _UPPER_ARM, _FOREARM = float(_OFFSETS["forearm_l"][1]), float(_OFFSETS["hand_l"][1])  # m
 _MIRROR = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, 1.0]])  # of vectors on the left and on the right
@@ -21,10 +21,10 @@ _MIRROR_QUATERNION = np.array([[1.0, 1.0, 1.0, 1.0], [1.0, -1.0, 1.0, -1.0]])
 _COLLAR = _OFFSETS["collar_l"]
 _SHOULDER = float(_OFFSETS["upper_arm_l"][1])  # m, from there along the collar
 _LEFT = np.array([0.0, 1.0, 0.0])
-_HANDS = [HAND_L, HAND_R]
-_SPINE_BODIES = [NAMES.index(name) for name in ("spine", "chest", "head")]
+_HANDS = [HAND_L_TRACKER, HAND_R_TRACKER]
+_SPINE_BODIES = [BODY_NAMES.index(name) for name in ("spine", "chest", "head")]
 _COLLAR_BODIES, _UPPER_ARM_BODIES, _FOREARM_BODIES = (
-    [NAMES.index(f"{name}_{side}") for side in "lr"] for name in ("collar", "upper_arm", "forearm")
+    [BODY_NAMES.index(f"{name}_{side}") for side in "lr"] for name in ("collar", "upper_arm", "forearm")
 )
 
 # A limb bends as the square root of what it lacks to be straight: near there a millimetre is many degrees, and noise makes it flicker.
@@ -58,8 +58,8 @@ def upper_body_pose(joints: TrackerPoses) -> np.ndarray:
         Local rotations of the 20 bodies, the pelvis' in the world, wxyz, shape (..., 20, 4); those of the legs and of the
         welded hands are identities.
     """
-    turned = matrices(joints.rotations)
-    trunk, at_chest = _trunk(joints.positions, turned[..., PELVIS, :, :])
+    turned = quaternions_to_matrices(joints.rotations)
+    trunk, at_chest = _trunk(joints.positions, turned[..., PELVIS_TRACKER, :, :])
     chest = trunk[..., 1, :, :]
     hands = _MIRROR * ((joints.positions[..., _HANDS, :] - at_chest[..., None, :]) @ chest) - _COLLAR  # from the collar
     aims = _MIRROR_TURN * (np.swapaxes(chest, -1, -2)[..., None, :, :] @ turned[..., _HANDS, :, :])
@@ -68,13 +68,13 @@ def upper_body_pose(joints: TrackerPoses) -> np.ndarray:
 
     local = np.zeros((*joints.positions.shape[:-2], BODY_COUNT, 4))
     local[..., 0] = 1.0
-    local[..., 0, :] = joints.rotations[..., PELVIS, :]
-    below = np.concat([turned[..., PELVIS:, :, :], trunk], axis=-3)
-    above = np.concat([trunk, turned[..., : HEAD + 1, :, :]], axis=-3)
-    local[..., _SPINE_BODIES, :] = quaternions(np.swapaxes(below, -1, -2) @ above)
-    collars = matrices(shrugs)
+    local[..., 0, :] = joints.rotations[..., PELVIS_TRACKER, :]
+    below = np.concat([turned[..., PELVIS_TRACKER:, :, :], trunk], axis=-3)
+    above = np.concat([trunk, turned[..., : HEAD_TRACKER + 1, :, :]], axis=-3)
+    local[..., _SPINE_BODIES, :] = matrices_to_quaternions(np.swapaxes(below, -1, -2) @ above)
+    collars = quaternions_to_matrices(shrugs)
     local[..., _COLLAR_BODIES, :] = _MIRROR_QUATERNION * shrugs
-    local[..., _UPPER_ARM_BODIES, :] = _MIRROR_QUATERNION * quaternions(np.swapaxes(collars, -1, -2) @ upper_arms)
+    local[..., _UPPER_ARM_BODIES, :] = _MIRROR_QUATERNION * matrices_to_quaternions(np.swapaxes(collars, -1, -2) @ upper_arms)
     local[..., _FOREARM_BODIES, 0] = np.cos(0.5 * elbows)
     local[..., _FOREARM_BODIES, 3] = np.sin(-0.5 * elbows) * _MIRROR[:, 1]
     return local
@@ -90,8 +90,8 @@ def _trunk(positions: np.ndarray, pelvis: np.ndarray) -> tuple[np.ndarray, np.nd
     Returns:
         Rotation matrices of spine and chest in the world (..., 2, 3, 3), and where the chest's joint is [m] (..., 3).
     """
-    hip = positions[..., PELVIS, :] + pelvis @ _OFFSETS["spine"]
-    span = positions[..., HEAD, :] - hip
+    hip = positions[..., PELVIS_TRACKER, :] + pelvis @ _OFFSETS["spine"]
+    span = positions[..., HEAD_TRACKER, :] - hip
     length = _norm(span)
     up = np.where(length > _NOTHING, span / np.maximum(length, _NOTHING), pelvis[..., :, 2])  # a head in the hips says nothing
     left = pelvis[..., :, 1] - _dot(pelvis[..., :, 1], up) * up
@@ -101,7 +101,7 @@ def _trunk(positions: np.ndarray, pelvis: np.ndarray) -> tuple[np.ndarray, np.nd
     bend, at_hip = _bends(length, _LOIN, _BACK, _GENTLE_TRUNK)
     chest = hip + _LOIN * (np.cos(at_hip) * up - np.sin(at_hip) * forward)
 
-    hand_l, hand_r = positions[..., HAND_L, :], positions[..., HAND_R, :]
+    hand_l, hand_r = positions[..., HAND_L_TRACKER, :], positions[..., HAND_R_TRACKER, :]
     turn = _TURN * (_dot(hand_l + hand_r - 2.0 * chest, left) - _dot(hand_l - hand_r, forward)) * _TURN_SHARES
     tilt = np.concat([-at_hip, bend - at_hip], axis=-1)
     sin, cos, sin_turn, cos_turn = np.sin(tilt), np.cos(tilt), np.sin(turn), np.cos(turn)

@@ -6,10 +6,10 @@ import numpy as np
 
 from datasets.motion.clip import BodyMotion
 from datasets.motion.curves import smooth_noise
-from datasets.motion.humanoid import HINGE_COUNT, HINGE_NAMES, local_rotations
+from datasets.motion.humanoid import HINGE_COUNT, HINGE_NAMES, rotations_from_hinges
 from datasets.motion.rotation import from_rotation_vector, multiply, rotate
 from datasets.motion.t_pose import PELVIS_HEIGHT, STANDING_HEIGHT
-from datasets.trackers.trackers import PELVIS, RATE, TRACKERS, TrackerPoses, tracker_poses
+from datasets.trackers.trackers import PELVIS_TRACKER, TRACKER_NAMES, TRACKER_RATE_HZ, TrackerPoses, tracker_poses
 
 # Where people wear trackers: mean place in the joint's frame, and how far to either side of it [m]. The eyes are 0.09 to 0.12 m in front
 # of and above the joint that carries the head; controllers lie in the palms; the belt runs 0.04 m over the pelvis' joint.
@@ -18,8 +18,8 @@ _SPREAD = np.array([[0.02, 0.01, 0.02], [0.02, 0.02, 0.02], [0.02, 0.02, 0.02], 
 _TILT = np.radians([25.0, 40.0, 40.0, 25.0])  # at most, about any axis
 
 # The paper trains with five times as much (appendix 2) and says that its trackers are accurate to 2 mm: these are.
-POSITION_NOISE = 0.002  # m, standard deviation of how far a tracker is displaced
-ROTATION_NOISE = np.radians(0.3)  # at most
+POSITION_NOISE_STD_M = 0.002  # m, standard deviation of how far a tracker is displaced
+MAX_ROTATION_NOISE_RAD = np.radians(0.3)  # at most
 
 _STANCE = {
     "upper_arm_l_x": 4.0, "upper_arm_l_z": 4.0, "upper_arm_r_x": 4.0, "upper_arm_r_z": 4.0, "head_y": 4.0, "spine_y": 2.0,
@@ -31,7 +31,7 @@ _SWAY_PERIOD = 2.0  # s
 
 
 @dataclass(frozen=True)
-class Wearing:
+class TrackerPlacement:
     """How one person wears the trackers.
 
     Attributes:
@@ -45,7 +45,7 @@ class Wearing:
     tilts: np.ndarray
 
 
-def draw_wearing(rng: np.random.Generator, height: float = STANDING_HEIGHT) -> Wearing:
+def draw_tracker_placement(rng: np.random.Generator, height: float = STANDING_HEIGHT) -> TrackerPlacement:
     """Return how a person puts on the trackers this time: the one on the pelvis in front or at the back.
 
     Args:
@@ -54,13 +54,13 @@ def draw_wearing(rng: np.random.Generator, height: float = STANDING_HEIGHT) -> W
     """
     place = _PLACE.copy()
     if rng.uniform() < 0.5:
-        place[PELVIS, 0] *= -1.0
+        place[PELVIS_TRACKER, 0] *= -1.0
     scale = height / STANDING_HEIGHT
     offsets = scale * (place + _SPREAD * rng.uniform(-1.0, 1.0, place.shape))
-    return Wearing(scale, offsets, _random_rotations(rng, _TILT * rng.uniform(0.0, 1.0, len(TRACKERS))))
+    return TrackerPlacement(scale, offsets, _random_rotations(rng, _TILT * rng.uniform(0.0, 1.0, len(TRACKER_NAMES))))
 
 
-def wear(joints: TrackerPoses, wearing: Wearing, rng: np.random.Generator | None = None) -> TrackerPoses:
+def simulate_trackers(joints: TrackerPoses, wearing: TrackerPlacement, rng: np.random.Generator | None = None) -> TrackerPoses:
     """Return what the trackers tell while the person who wears them performs.
 
     Args:
@@ -70,10 +70,10 @@ def wear(joints: TrackerPoses, wearing: Wearing, rng: np.random.Generator | None
     """
     positions = wearing.scale * joints.positions + rotate(joints.rotations, np.broadcast_to(wearing.offsets, joints.positions.shape))
     worn = TrackerPoses(positions, multiply(joints.rotations, np.broadcast_to(wearing.tilts, joints.rotations.shape)))
-    return worn if rng is None else tracker_noise(worn, rng)
+    return worn if rng is None else add_tracker_noise(worn, rng)
 
 
-def tracker_noise(poses: TrackerPoses, rng: np.random.Generator) -> TrackerPoses:
+def add_tracker_noise(poses: TrackerPoses, rng: np.random.Generator) -> TrackerPoses:
     """Return poses displaced and turned at random, each by itself and anew in every frame.
 
     Args:
@@ -83,22 +83,22 @@ def tracker_noise(poses: TrackerPoses, rng: np.random.Generator) -> TrackerPoses
     Source: LoBSTr, appendix 2: vectors of any direction whose length is drawn from a normal distribution, small rotations.
     """
     shape = poses.positions.shape[:-1]
-    moved = rng.normal(0.0, POSITION_NOISE, (*shape, 1)) * _random_directions(rng, shape)
-    turned = _random_rotations(rng, rng.uniform(0.0, ROTATION_NOISE, shape))
+    moved = rng.normal(0.0, POSITION_NOISE_STD_M, (*shape, 1)) * _random_directions(rng, shape)
+    turned = _random_rotations(rng, rng.uniform(0.0, MAX_ROTATION_NOISE_RAD, shape))
     return TrackerPoses(poses.positions + moved, multiply(turned, poses.rotations))
 
 
-def t_pose(seconds: float, rng: np.random.Generator | None = None) -> TrackerPoses:
+def simulate_t_pose(seconds: float, rng: np.random.Generator | None = None) -> TrackerPoses:
     """Return the four joints of the standard humanoid that stands in a T-pose, soles on the ground, facing x; T frames at ``RATE``.
 
     Args:
         seconds: How long.
         rng: Of a person's imperfection: arms, elbows and head a few degrees off, and swaying. Without it the pose is perfect.
     """
-    frames = max(1, round(seconds * RATE))
+    frames = max(1, round(seconds * TRACKER_RATE_HZ))
     angles = np.zeros((frames, HINGE_COUNT))
     if rng is not None:
-        angles += _SWAY * smooth_noise(np.arange(frames) / RATE, rng, HINGE_COUNT, _SWAY_PERIOD)
+        angles += _SWAY * smooth_noise(np.arange(frames) / TRACKER_RATE_HZ, rng, HINGE_COUNT, _SWAY_PERIOD)
         for name, degrees in _STANCE.items():
             angles[:, HINGE_NAMES.index(name)] += np.radians(rng.normal(0.0, degrees))
         for name, sign in _ELBOWS.items():
@@ -106,7 +106,7 @@ def t_pose(seconds: float, rng: np.random.Generator | None = None) -> TrackerPos
             angles[:, elbow] = sign * np.abs(sign * rng.uniform(0.0, _ELBOW) + angles[:, elbow])
     root = np.tile([0.0, 0.0, PELVIS_HEIGHT], (frames, 1))
     upright = np.tile([1.0, 0.0, 0.0, 0.0], (frames, 1))
-    return tracker_poses(BodyMotion(root, local_rotations(upright, angles), RATE, "T-pose"))
+    return tracker_poses(BodyMotion(root, rotations_from_hinges(upright, angles), TRACKER_RATE_HZ, "T-pose"))
 
 
 def _random_directions(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:

@@ -8,10 +8,10 @@ from datasets.motion.rotation import Array, Constant
 from envs.mimic.spec import MimicSpec
 from envs.physics.humanoid_mjcf import HINGE_KP, HINGE_KV
 
-_SPEED_FEED = Constant(HINGE_KV / HINGE_KP)  # s: lets PD motors damp the error of the speed, eq. 4.1
+_VELOCITY_FEED_FORWARD_S = Constant(HINGE_KV / HINGE_KP)  # s: lets PD motors damp the error of the speed, eq. 4.1
 
 
-class Motors:
+class Actuation:
     """Turns actions into the 43 motors' targets; pure, batched, NumPy or torch."""
 
     def __init__(self, spec: MimicSpec) -> None:
@@ -23,7 +23,7 @@ class Motors:
         """Return the smoothed actions (N, A) from the newest and those in force before. Source: eq. 4.5."""
         return self._smoothing * newest + (1.0 - self._smoothing) * before
 
-    def targets(self, observed: Observed, action: Array, feed_forward: Array | None) -> Array:
+    def pd_targets(self, observed: Observed, action: Array, feed_forward: Array | None) -> Array:
         """Return the angles that the motors are told [rad], shape (N, 43). Source: eq. 4.3.
 
         Args:
@@ -31,5 +31,5 @@ class Motors:
             action: Smoothed, shape (N, A).
             feed_forward: Angles by which the motors could carry the reference [rad], shape (N, 43); None without.
         """
-        targets = observed.hinges + _SPEED_FEED.like(action) * observed.hinge_vel + action @ self._residual.like(action)
+        targets = observed.hinges + _VELOCITY_FEED_FORWARD_S.like(action) * observed.hinge_vel + action @ self._residual.like(action)
         return targets if feed_forward is None else targets + feed_forward

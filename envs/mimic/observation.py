@@ -4,7 +4,7 @@ from functools import cache
 
 from datasets.library.motion_library import MotionLibrary, Observed
 from datasets.motion.body_state import BodyState
-from datasets.motion.rotation import Array, Constant, namespace
+from datasets.motion.rotation import Array, Constant, array_namespace
 from envs.mimic.spec import MimicSpec
 
 
@@ -22,7 +22,7 @@ def observe(spec: MimicSpec, agent: BodyState, target: Observed, smoothed_action
     Returns:
         Observations in the order of ``spec.observation_parts``, shape (N, O). Source: thesis, Table 4.1.
     """
-    xp = namespace(agent.pos)
+    xp = array_namespace(agent.pos)
     bodies = slice(None) if len(spec.observed_bodies) == agent.pos.shape[1] else _chosen(spec.observed_bodies).like(agent.pos)
     com_vel = [agent.com_vel[:, None], target.com_vel[:, None], (agent.com_vel - target.com_vel)[:, None]]
     root_vel = target.lin_vel[:, :1]
@@ -56,7 +56,7 @@ def preview(library: MotionLibrary, rows: Array, last: Array, ahead: Array) -> A
     """
     if not len(ahead):
         return None
-    return library.frames.observed.pos[namespace(rows).minimum(rows[:, None] + ahead, last[:, None])]
+    return library.frames.observed.pos[array_namespace(rows).minimum(rows[:, None] + ahead, last[:, None])]
 
 
 @cache

@@ -1,33 +1,33 @@
 """What is taken from the reward beyond the thesis, which knows no price of bad habits: feet that slide, actions that tremble."""
 
 from datasets.motion.body_state import BodyState
-from datasets.motion.humanoid import BODIES, FEET
-from datasets.motion.rotation import Array, Constant, cross, namespace
-from envs.mimic.spec import TOUCH_HEIGHT, MimicSpec
+from datasets.motion.humanoid import BODIES, FOOT_AND_TOE_BODIES
+from datasets.motion.rotation import Array, Constant, array_namespace, cross
+from envs.mimic.spec import TOUCH_HEIGHT_M, MimicSpec
 
-_FEET = Constant(FEET)  # (2, 2), sides and bodies
-_SOLES = Constant([[BODIES[body].shape.points for body in side] for side in FEET])  # (2, 2, 8, 3), sides, bodies, corners
+_FEET = Constant(FOOT_AND_TOE_BODIES)  # (2, 2), sides and bodies
+_SOLES = Constant([[BODIES[body].shape.points for body in side] for side in FOOT_AND_TOE_BODIES])  # (2, 2, 8, 3), sides, bodies, corners
 
 
-def penalties(spec: MimicSpec, agent: BodyState, change: Array) -> Array:
+def penalties(spec: MimicSpec, agent: BodyState, action_delta: Array) -> Array:
     """Return what is taken from the reward of N worlds, shape (N,).
 
     Args:
         spec: With the weights.
         agent: Simulated bodies.
-        change: Of the smoothed actions in this step, shape (N, A).
+        action_delta: Of the smoothed actions in this step, shape (N, A).
     """
-    return spec.foot_slip * foot_slip(agent) + spec.action_rate * (change**2).mean(axis=1)
+    return spec.foot_slip * foot_slip(agent) + spec.action_rate * (action_delta**2).mean(axis=1)
 
 
 def foot_slip(agent: BodyState) -> Array:
     """Return the horizontal speed [m/s] of the lowest point of each foot that touches the ground, summed over both feet, shape (N,)."""
-    xp = namespace(agent.pos)
+    xp = array_namespace(agent.pos)
     feet, soles = _FEET.like(agent.pos), _SOLES.like(agent.rot)
     arms = xp.einsum("nsbij,sbkj->nsbki", agent.rot[:, feet], soles)  # from the bodies' origins to the corners, world axes
-    heights = (agent.pos[:, feet, 2][..., None] + arms[..., 2]).reshape(len(arms), len(FEET), -1)
+    heights = (agent.pos[:, feet, 2][..., None] + arms[..., 2]).reshape(len(arms), len(FOOT_AND_TOE_BODIES), -1)
     speeds = agent.lin_vel[:, feet][:, :, :, None] + cross(agent.ang_vel[:, feet][:, :, :, None], arms)
     slides = xp.linalg.vector_norm(speeds[..., :2], axis=-1).reshape(heights.shape)
     lowest = xp.amin(heights, axis=2)
     slide = xp.amax(slides * (heights == lowest[..., None]), axis=2)  # of several points equally low the quickest
-    return (slide * (lowest < TOUCH_HEIGHT)).sum(axis=1)
+    return (slide * (lowest < TOUCH_HEIGHT_M)).sum(axis=1)

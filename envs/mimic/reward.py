@@ -6,9 +6,9 @@ import numpy as np
 
 from datasets.library.motion_library import Observed, Reference, Rewarded
 from datasets.motion.body_state import BodyState
-from datasets.motion.humanoid import HEAD, SKELETON
-from datasets.motion.rotation import Array, Constant, namespace, skew
-from envs.mimic.spec import ALPHA_LOCAL, ALPHA_POSITION, ALPHA_VELOCITY, DISCOUNT_OFFSET, DISCOUNT_SLOPE
+from datasets.motion.humanoid import HEAD_BODY, SKELETON
+from datasets.motion.rotation import Array, Constant, array_namespace, skew
+from envs.mimic.spec import ALPHA_LOCAL, ALPHA_POSITION, ALPHA_VELOCITY, DEVIATION_DISCOUNT_OFFSET, DEVIATION_DISCOUNT_SLOPE_PER_M
 
 _PARENTS = Constant([0, *SKELETON.parents[1:]])  # the pelvis counts as its own: it is left out afterwards
 _CROSS = Constant(skew(np.eye(3)).reshape(3, 9).T)  # from a vector to the matrix whose products are cross products with it, (9, 3)
@@ -16,7 +16,7 @@ _CROSS = Constant(skew(np.eye(3)).reshape(3, 9).T)  # from a vector to the matri
 _FACES = Constant(np.concat([0.5 * np.eye(3), -0.5 * np.eye(3)]))
 
 
-class Reward(NamedTuple):
+class RewardTerms(NamedTuple):
     """The terms of the reward, each of shape (N,) and at most 1; ``total`` is at most 3."""
 
     local_pose: Array
@@ -30,19 +30,21 @@ class Reward(NamedTuple):
         return self.discount * (self.local_pose + self.position + self.velocity)
 
 
-def reward(agent: BodyState, reference: Reference) -> Reward:
+def compute_reward_terms(agent: BodyState, reference: Reference) -> RewardTerms:
     """Return every term of the reward of N worlds. Source: thesis, eq. 4.6 to 4.9.
 
     The first three compare with the rewarded track, of which only the pose about the root counts. Being lost is about the
     observed one: nobody can know how far that has drifted from the truth (ERRATA).
     """
     target = reference.rewarded
-    return Reward(local_pose(agent, target), position(agent, target), velocity(agent, target), discount(agent, reference.observed))
+    return RewardTerms(
+        local_pose(agent, target), position(agent, target), velocity(agent, target), deviation_discount(agent, reference.observed)
+    )
 
 
 def local_pose(agent: BodyState, target: Rewarded) -> Array:
     """Return exp(-2.5 x mean angle [rad] between the 19 joints' local rotations), shape (N,). Source: eq. 4.6."""
-    xp = namespace(agent.rot)
+    xp = array_namespace(agent.rot)
     rot = _by_entry(agent.rot)
     # NumPy's indexing would give memory another order than what it is multiplied with.
     parents = rot.take(_PARENTS.like(rot), axis=-1) if xp is np else rot[..., _PARENTS.like(rot)]
@@ -61,7 +63,7 @@ def position(agent: BodyState, target: Rewarded) -> Array:
     """
     error = _by_component(agent.pos) - _by_component(target.pos)
     axes = _by_entry(agent.rot) - _by_entry(target.rot)
-    return namespace(error).exp(-ALPHA_POSITION * _six_faces(error - error[..., :1], axes))
+    return array_namespace(error).exp(-ALPHA_POSITION * _six_faces(error - error[..., :1], axes))
 
 
 def velocity(agent: BodyState, target: Rewarded) -> Array:
@@ -69,7 +71,7 @@ def velocity(agent: BodyState, target: Rewarded) -> Array:
 
     Velocities are those of the positions of eq. 4.7, hence relative to the root's. Source: eq. 4.8.
     """
-    xp = namespace(agent.lin_vel)
+    xp = array_namespace(agent.lin_vel)
     error = _by_component(agent.lin_vel) - _by_component(target.lin_vel)
     rot = _by_entry(agent.rot)
     spin = (_CROSS.like(rot) @ _by_component(agent.ang_vel).reshape(3, -1)).reshape(rot.shape)
@@ -78,12 +80,12 @@ def velocity(agent: BodyState, target: Rewarded) -> Array:
     return xp.exp(-ALPHA_VELOCITY * _six_faces(error - error[..., :1], axes))
 
 
-def discount(agent: BodyState, target: Observed) -> Array:
+def deviation_discount(agent: BodyState, target: Observed) -> Array:
     """Return clamp(1.3 - 1.4 x distance [m] of the heads in the world, 0, 1), shape (N,). Source: eq. 4.9."""
-    xp = namespace(agent.pos)
-    error = agent.pos[:, HEAD] - target.pos[:, HEAD]
+    xp = array_namespace(agent.pos)
+    error = agent.pos[:, HEAD_BODY] - target.pos[:, HEAD_BODY]
     distance = xp.sqrt(xp.einsum("nc,nc->n", error, error))
-    return (DISCOUNT_OFFSET - DISCOUNT_SLOPE * distance).clip(0.0, 1.0)
+    return (DEVIATION_DISCOUNT_OFFSET - DEVIATION_DISCOUNT_SLOPE_PER_M * distance).clip(0.0, 1.0)
 
 
 def _by_component(vectors: Array) -> Array:
@@ -103,7 +105,7 @@ def _six_faces(centre: Array, axes: Array) -> Array:
         centre: Difference of the origins, shape (3, N, 20).
         axes: Difference of the unit axes, rows are components, shape (3, 3, N, 20).
     """
-    xp = namespace(centre)
+    xp = array_namespace(centre)
     faces = _FACES.like(axes) @ axes.reshape(3, 3, -1)
     faces += centre.reshape(3, 1, -1)
     norms = xp.sqrt(xp.einsum("ifm,ifm->fm", faces, faces))

@@ -2,16 +2,16 @@
 
 from datasets.library.motion_library import Observed
 from datasets.motion.body_state import BodyState
-from datasets.motion.humanoid import HEAD, MASS
-from datasets.motion.rotation import Array, cross, namespace
+from datasets.motion.humanoid import HEAD_BODY, TOTAL_MASS_KG
+from datasets.motion.rotation import Array, array_namespace, cross
 
-WEIGHT = 9.81 * MASS  # N
-PULL, BRAKE = 25.0, 10.0  # 1/s^2 and 1/s: critically damped, a distance is gone in about half a second
-TURN, SPIN_BRAKE = 250.0, 100.0  # Nm/rad and Nm s/rad
-LEVER = 0.3  # m, largest torque over largest force
+BODY_WEIGHT_N = 9.81 * TOTAL_MASS_KG  # N
+POSITION_GAIN, VELOCITY_GAIN = 25.0, 10.0  # 1/s^2 and 1/s: critically damped, a distance is gone in about half a second
+ORIENTATION_GAIN, ANGULAR_VELOCITY_GAIN = 250.0, 100.0  # Nm/rad and Nm s/rad
+MAX_TORQUE_ARM_M = 0.3  # m, largest torque over largest force
 
 
-def assist(agent: BodyState, observed: Observed, share: float) -> Array:
+def root_assist_wrench(agent: BodyState, observed: Observed, max_force_bw: float) -> Array:
     """Return force and torque on the pelvis that lead it back to the reference's, world axes, shape (N, 6) [N, Nm].
 
     The force leads the centre of mass; the torque turns the line from pelvis to head as the reference's turns.
@@ -19,17 +19,19 @@ def assist(agent: BodyState, observed: Observed, share: float) -> Array:
     Args:
         agent: Simulated bodies.
         observed: Reference at the same instant.
-        share: Largest force [body weights].
+        max_force_bw: Largest force [body weights].
     """
-    force = MASS * (PULL * (observed.com - agent.com) + BRAKE * (observed.com_vel - agent.com_vel))
+    force = TOTAL_MASS_KG * (POSITION_GAIN * (observed.com - agent.com) + VELOCITY_GAIN * (observed.com_vel - agent.com_vel))
     (spine, turns), (wanted, should_turn) = _spine(agent), _spine(observed)
-    torque = TURN * cross(spine, wanted) + SPIN_BRAKE * (should_turn - turns)
-    return namespace(force).concat([_shorten(force, share * WEIGHT), _shorten(torque, share * WEIGHT * LEVER)], axis=1)
+    torque = ORIENTATION_GAIN * cross(spine, wanted) + ANGULAR_VELOCITY_GAIN * (should_turn - turns)
+    return array_namespace(force).concat(
+        [_shorten(force, max_force_bw * BODY_WEIGHT_N), _shorten(torque, max_force_bw * BODY_WEIGHT_N * MAX_TORQUE_ARM_M)], axis=1
+    )
 
 
 def _spine(bodies: BodyState | Observed) -> tuple[Array, Array]:
     """Return the direction from pelvis to head (N, 3), and how fast it turns (N, 3) [rad/s]."""
-    spine, speed = bodies.pos[:, HEAD] - bodies.pos[:, 0], bodies.lin_vel[:, HEAD] - bodies.lin_vel[:, 0]
+    spine, speed = bodies.pos[:, HEAD_BODY] - bodies.pos[:, 0], bodies.lin_vel[:, HEAD_BODY] - bodies.lin_vel[:, 0]
     length = _length(spine)
     return spine / length, cross(spine, speed) / length**2
 
@@ -41,4 +43,4 @@ def _shorten(vectors: Array, limit: float) -> Array:
 
 def _length(vectors: Array) -> Array:
     """Return the lengths (N, 1) of vectors (N, 3)."""
-    return namespace(vectors).linalg.vector_norm(vectors, axis=1, keepdims=True)
+    return array_namespace(vectors).linalg.vector_norm(vectors, axis=1, keepdims=True)

@@ -6,21 +6,21 @@ Numbers come from chapter 4 of the thesis (Tables 4.1 to 4.3, eq. 4.5 to 4.10) a
 from dataclasses import dataclass
 from functools import cached_property
 
-from datasets.motion.humanoid import BODY_COUNT, HINGE_COUNT, HINGES, NAMES
+from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES, HINGE_COUNT, HINGES
 
 EPISODE_FRAMES = 300  # of the reference: 5 s, 150 control steps
 ALPHA_LOCAL, ALPHA_POSITION, ALPHA_VELOCITY = 2.5, 1.0, 0.1  # Table 4.2
-DISCOUNT_OFFSET, DISCOUNT_SLOPE = 1.3, 1.4  # eq. 4.9; the slope per metre
-DISCOUNT_THRESHOLD = 0.025  # Table 4.2: below it the reference is lost
-FALLEN_BODIES = 3  # spinal bodies on the ground
-TOUCH_HEIGHT = 0.005  # m, of a shape's lowest point that counts as touching the ground
+DEVIATION_DISCOUNT_OFFSET, DEVIATION_DISCOUNT_SLOPE_PER_M = 1.3, 1.4  # eq. 4.9; the slope per metre
+DEVIATION_DISCOUNT_THRESHOLD = 0.025  # Table 4.2: below it the reference is lost
+MIN_FALLEN_BODIES = 3  # spinal bodies on the ground
+TOUCH_HEIGHT_M = 0.005  # m, of a shape's lowest point that counts as touching the ground
 REWARD_TERMS = ("local_pose", "position", "velocity")  # each at most 1 a step
 # 20 residuals without a spinal joint: 2 x (3 + 1 + 3 + 3). The thesis's own list is lost (ERRATA).
 KEY_BODIES = tuple(f"{body}_{side}" for side in "lr" for body in ("upper_arm", "thigh", "shin", "foot"))
 # Neither the thesis nor Bergamin et al. list the reduced bodies of `drecon` (ERRATA): these are ours.
 REDUCED_BODIES = ("pelvis", "head", "hand_l", "hand_r", "foot_l", "foot_r")
 CONFIGURATIONS = ("adapt", "drecon", "full")
-PRICES = ("foot_slip", "action_rate")  # fields of MimicSpec: what is taken from the reward
+PENALTY_FIELDS = ("foot_slip", "action_rate")  # fields of MimicSpec: what is taken from the reward
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class MimicSpec:
             raise ValueError(f"smoothing is {self.smoothing}, should be above 0 and at most 1")
         if not self.action_scale > 0.0:
             raise ValueError(f"action_scale is {self.action_scale}, should be above 0 [rad]")
-        for name in PRICES:
+        for name in PENALTY_FIELDS:
             if not getattr(self, name) >= 0.0:
                 raise ValueError(f"{name} is {getattr(self, name)}, should be 0 or more")
         if any(steps < 1 for steps in self.preview):
@@ -74,7 +74,7 @@ class MimicSpec:
     def observed_bodies(self) -> tuple[int, ...]:
         """Indices of the bodies in the observation."""
         if self.configuration == "drecon":
-            return tuple(NAMES.index(name) for name in REDUCED_BODIES)
+            return tuple(BODY_NAMES.index(name) for name in REDUCED_BODIES)
         return tuple(range(BODY_COUNT))
 
     @cached_property
@@ -82,10 +82,10 @@ class MimicSpec:
         """Indices of the hinges that actions correct, alpha_d = 1 in eq. 4.3."""
         if self.configuration == "full":
             return tuple(range(HINGE_COUNT))
-        return tuple(h for h, (body, _) in enumerate(HINGES) if NAMES[body] in KEY_BODIES)
+        return tuple(h for h, (body, _) in enumerate(HINGES) if BODY_NAMES[body] in KEY_BODIES)
 
     @property
-    def penalised(self) -> bool:
+    def has_penalties(self) -> bool:
         """Whether anything is taken from the reward."""
         return self.foot_slip > 0.0 or self.action_rate > 0.0
 
@@ -164,5 +164,5 @@ def action_table(spec: MimicSpec) -> str:
     rows = ["| action | hinge | unit |", "|---|---|---|"]
     for action, hinge in enumerate(spec.residual_hinges):
         body, axis = HINGES[hinge]
-        rows.append(f"| {action} | {NAMES[body]} {axis} | {spec.action_scale:g} rad |")
+        rows.append(f"| {action} | {BODY_NAMES[body]} {axis} | {spec.action_scale:g} rad |")
     return "\n".join(rows)

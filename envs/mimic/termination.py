@@ -3,25 +3,25 @@
 import numpy as np
 
 from datasets.motion.body_state import BodyState
-from datasets.motion.humanoid import BODIES, SPINAL
-from datasets.motion.rotation import Array, Constant, namespace
-from envs.mimic.spec import DISCOUNT_THRESHOLD, FALLEN_BODIES, TOUCH_HEIGHT
+from datasets.motion.humanoid import BODIES, TRUNK_BODIES
+from datasets.motion.rotation import Array, Constant, array_namespace
+from envs.mimic.spec import DEVIATION_DISCOUNT_THRESHOLD, MIN_FALLEN_BODIES, TOUCH_HEIGHT_M
 
 # Of the spinal bodies' shapes: ends (3, 2, 1, 4), a ball's one point counted twice, and the height of origins at which they touch (4,).
-_ENDS = Constant(np.array([(BODIES[b].shape.points * 2)[:2] for b in SPINAL]).T[:, :, None])
-_TOUCHING = Constant([BODIES[b].shape.radius + TOUCH_HEIGHT for b in SPINAL])
+_ENDS = Constant(np.array([(BODIES[b].shape.points * 2)[:2] for b in TRUNK_BODIES]).T[:, :, None])
+_TOUCHING = Constant([BODIES[b].shape.radius + TOUCH_HEIGHT_M for b in TRUNK_BODIES])
 
 
-def lost(discount: Array) -> Array:
+def has_lost_reference(deviation_discount: Array) -> Array:
     """Return whether the head is too far from the reference's, shape (N,). Source: thesis, below eq. 4.10."""
-    return discount < DISCOUNT_THRESHOLD
+    return deviation_discount < DEVIATION_DISCOUNT_THRESHOLD
 
 
-def fallen(agent: BodyState) -> Array:
+def has_fallen(agent: BodyState) -> Array:
     """Return whether three or more of the four spinal bodies touch the ground, shape (N,). Source: thesis, below eq. 4.10."""
-    xp = namespace(agent.pos)
-    spinal = slice(SPINAL[0], SPINAL[-1] + 1)
+    xp = array_namespace(agent.pos)
+    spinal = slice(TRUNK_BODIES[0], TRUNK_BODIES[-1] + 1)
     up, ends = agent.rot[:, spinal, 2], _ENDS.like(agent.rot)
     above = up[..., 0] * ends[0] + up[..., 1] * ends[1] + up[..., 2] * ends[2]  # (2, N, 4)
     lowest = agent.pos[:, spinal, 2] + xp.minimum(above[0], above[1])
-    return (lowest < _TOUCHING.like(agent.pos)).sum(axis=-1) >= FALLEN_BODIES
+    return (lowest < _TOUCHING.like(agent.pos)).sum(axis=-1) >= MIN_FALLEN_BODIES

@@ -5,25 +5,25 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from datasets.motion.humanoid import BODIES, BODY_COUNT, FEET, HINGE_NAMES, HINGES, MASSES, NAMES, Body
+from datasets.motion.humanoid import BODIES, BODY_COUNT, BODY_MASSES_KG, BODY_NAMES, FOOT_AND_TOE_BODIES, HINGE_NAMES, HINGES, Body
 
 # Every number of the ground was chosen by `python -m eval.benchmark contact` (docs/contact.md).
 # The thesis's 1/120 s (Table 4.3) is for PhysX's rigid contacts. MuJoCo's are springs on the mass behind them: under a stiff motor a
 # foot of 0.7 kg chatters at 1/120 s, slides at 26 cm/s and sinks by 3 cm. Half the step again changes the slip by a fifth only.
-TIME_STEP = 1.0 / 240.0  # s
+TIME_STEP_S = 1.0 / 240.0  # s
 # Contacts are as stiff as the step resolves: MuJoCo allows no less than 2 steps; what is softer slips and sinks more.
-CONTACT_TIME_CONSTANT = 2.1 * TIME_STEP  # s
+CONTACT_TIME_CONSTANT_S = 2.1 * TIME_STEP_S  # s
 ARMATURE = 0.02  # kg m^2, rotor inertia that keeps light limbs stable under stiff gains
 FOOT_ARMATURE = 0.1  # kg m^2, of ankles and toes: the mass behind a contact that follows the motor's stiffness
 # Sliding, torsional, rolling. MuJoCo's cheap pyramid of friction has its edges at 1.5 and its sides at 1.06: about what a shoe has on a
 # floor of wood (1.0 to 1.2); with edges at 1 it would have 0.71 aslant. Friction is twice as stiff as the ground: less creeps under load.
 FRICTION = [1.5, 0.005, 0.0001]
-FRICTION_STIFFNESS = 2.0  # against the normal direction's
+FRICTION_IMPEDANCE_RATIO = 2.0  # against the normal direction's
 JOINT_DAMPING = 0.5  # Nm s/rad, passive, beside the motors'
 
 
 @dataclass(frozen=True)
-class Drive:
+class MotorParameters:
     """How strongly the hinges of a body are driven.
 
     Attributes:
@@ -43,28 +43,30 @@ class Drive:
 
 
 _DRIVES = {
-    "spine": Drive(600.0, 300.0),
-    "chest": Drive(600.0, 300.0),
-    "head": Drive(100.0, 60.0),
-    "collar": Drive(300.0, 150.0),
-    "upper_arm": Drive(300.0, 150.0),
-    "forearm": Drive(200.0, 100.0),
-    "thigh": Drive(500.0, 300.0),
-    "shin": Drive(500.0, 300.0),
-    "foot": Drive(300.0, 200.0, FOOT_ARMATURE),
-    "toe": Drive(60.0, 40.0, FOOT_ARMATURE),
+    "spine": MotorParameters(600.0, 300.0),
+    "chest": MotorParameters(600.0, 300.0),
+    "head": MotorParameters(100.0, 60.0),
+    "collar": MotorParameters(300.0, 150.0),
+    "upper_arm": MotorParameters(300.0, 150.0),
+    "forearm": MotorParameters(200.0, 100.0),
+    "thigh": MotorParameters(500.0, 300.0),
+    "shin": MotorParameters(500.0, 300.0),
+    "foot": MotorParameters(300.0, 200.0, FOOT_ARMATURE),
+    "toe": MotorParameters(60.0, 40.0, FOOT_ARMATURE),
 }
 
 
-def drive(body_name: str) -> Drive:
+def motor_parameters(body_name: str) -> MotorParameters:
     """Return the drive of a body that has hinges, the same left and right."""
     return _DRIVES[body_name.removesuffix("_l").removesuffix("_r")]
 
 
-_SURFACE = {"friction": FRICTION, "solref": [CONTACT_TIME_CONSTANT, 1.0]}  # of the floor and of every body
-FOOT_BODIES = tuple(1 + body for side in FEET for body in side)  # numbers of feet and toes in the model, whose body 0 is the world
-HINGE_KP = np.array([drive(NAMES[body]).kp for body, _ in HINGES])  # (43,)
-HINGE_KV = np.array([drive(NAMES[body]).kv for body, _ in HINGES])  # (43,)
+_SURFACE = {"friction": FRICTION, "solref": [CONTACT_TIME_CONSTANT_S, 1.0]}  # of the floor and of every body
+FOOT_BODY_IDS = tuple(
+    1 + body for side in FOOT_AND_TOE_BODIES for body in side
+)  # numbers of feet and toes in the model, whose body 0 is the world
+HINGE_KP = np.array([motor_parameters(BODY_NAMES[body]).kp for body, _ in HINGES])  # (43,)
+HINGE_KV = np.array([motor_parameters(BODY_NAMES[body]).kv for body, _ in HINGES])  # (43,)
 
 
 def build_spec() -> mujoco.MjSpec:
@@ -87,10 +89,10 @@ def build_model() -> mujoco.MjModel:
 
 def _bare_spec() -> mujoco.MjSpec:
     spec = mujoco.MjSpec()
-    spec.option.timestep = TIME_STEP
+    spec.option.timestep = TIME_STEP_S
     # Euler takes the joints' damping implicitly, which is where the motors' stands; implicitfast would do the same 4 % slower.
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
-    spec.option.impratio = FRICTION_STIFFNESS
+    spec.option.impratio = FRICTION_IMPEDANCE_RATIO
     # Few contacts, each on one leg: most of the Jacobian is empty, and one body is one island.
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND
@@ -99,10 +101,10 @@ def _bare_spec() -> mujoco.MjSpec:
     _add_floor(spec)
     handles = [spec.worldbody]
     for body in BODIES:
-        parent = handles[0] if body.parent is None else handles[1 + NAMES.index(body.parent)]
+        parent = handles[0] if body.parent is None else handles[1 + BODY_NAMES.index(body.parent)]
         handles.append(_add_body(parent, body))
     for (index, _), name in zip(HINGES, HINGE_NAMES, strict=True):
-        _add_motor(spec, name, drive(NAMES[index]))
+        _add_motor(spec, name, motor_parameters(BODY_NAMES[index]))
     _add_sensors(spec)
     return spec
 
@@ -133,12 +135,12 @@ def _add_body(parent: mujoco.MjsBody, body: Body) -> mujoco.MjsBody:
             name=f"{body.name}_{axis}",
             type=mujoco.mjtJoint.mjJNT_HINGE,
             axis=[float(axis == letter) for letter in "xyz"],
-            armature=drive(body.name).armature,
-            damping=[JOINT_DAMPING + drive(body.name).kv, 0, 0],
+            armature=motor_parameters(body.name).armature,
+            damping=[JOINT_DAMPING + motor_parameters(body.name).kv, 0, 0],
         )
     geom = {
         "name": body.name,
-        "mass": float(MASSES[NAMES.index(body.name)]),
+        "mass": float(BODY_MASSES_KG[BODY_NAMES.index(body.name)]),
         "rgba": [0.35, 0.60, 0.42, 1],
     } | _SURFACE
     points, radius = np.array(body.shape.points, float), body.shape.radius
@@ -152,7 +154,7 @@ def _add_body(parent: mujoco.MjsBody, body: Body) -> mujoco.MjsBody:
     return handle
 
 
-def _add_motor(spec: mujoco.MjSpec, name: str, muscle: Drive) -> None:
+def _add_motor(spec: mujoco.MjSpec, name: str, muscle: MotorParameters) -> None:
     """Add the spring of a PD motor, torque = kp (ctrl - angle); its damping is the joint's, which no force limit takes away.
 
     Together they are kp (ctrl - angle) - kv speed (thesis, eq. 4.1); the reference's speed is fed forward through ctrl.
@@ -169,10 +171,10 @@ def _add_motor(spec: mujoco.MjSpec, name: str, muscle: Drive) -> None:
 def _add_sensors(spec: mujoco.MjSpec) -> None:
     """Let the engine's threads measure what observations need: (20, 3) + (20, 3) + 3 + 3 numbers."""
     for kind in (mujoco.mjtSensor.mjSENS_FRAMELINVEL, mujoco.mjtSensor.mjSENS_FRAMEANGVEL):
-        for name in NAMES:
+        for name in BODY_NAMES:
             spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_XBODY, objname=name)
     for kind in (mujoco.mjtSensor.mjSENS_SUBTREECOM, mujoco.mjtSensor.mjSENS_SUBTREELINVEL):
-        spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_BODY, objname=NAMES[0])
+        spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_BODY, objname=BODY_NAMES[0])
 
 
 def _touching_at_rest(model: mujoco.MjModel, gap: float = 0.02) -> list[tuple[str, str]]:
@@ -181,4 +183,4 @@ def _touching_at_rest(model: mujoco.MjModel, gap: float = 0.02) -> list[tuple[st
     mujoco.mj_forward(model, data)
     ids = range(1, BODY_COUNT + 1)  # of bodies and of their geoms: the floor's is 0, as the world's
     near = [(a, b) for a in ids for b in ids if a < b and mujoco.mj_geomDistance(model, data, a, b, gap, None) < gap]
-    return [(NAMES[a - 1], NAMES[b - 1]) for a, b in near]
+    return [(BODY_NAMES[a - 1], BODY_NAMES[b - 1]) for a, b in near]

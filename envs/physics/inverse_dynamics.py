@@ -11,17 +11,17 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import nnls
 
 from datasets.library.motion_library import MotionLibrary
-from datasets.motion.humanoid import BODIES, FEET
+from datasets.motion.humanoid import BODIES, FOOT_AND_TOE_BODIES
 from datasets.motion.kinematics import linear_velocity
 from envs.physics.humanoid_mjcf import HINGE_KP, HINGE_KV, build_model
 
-SMOOTH = 0.05  # s, standard deviation of the average over which accelerations are taken
-NEAR_GROUND = 0.08  # m, above the lowest sole point: what is higher bears nothing
-STANDS = 0.05  # m; a clip whose lowest sole point is no higher stands on it, however it floats or sinks
-SHY = 0.01  # m, height of a sole point at which force is asked of it half as readily
-EFFORT = 0.03  # of a Newton on the ground against a Newton of the root left unexplained
-LEVER = 2.0  # 1/m, weight of the root's unexplained torque against force
-LIMIT = 1.0  # rad
+VELOCITY_SMOOTHING_S = 0.05  # s, standard deviation of the average over which accelerations are taken
+MAX_CONTACT_HEIGHT_M = 0.08  # m, above the lowest sole point: what is higher bears nothing
+MAX_GROUND_OFFSET_M = 0.05  # m; a clip whose lowest sole point is no higher stands on it, however it floats or sinks
+EFFORT_HEIGHT_SCALE_M = 0.01  # m, height of a sole point at which force is asked of it half as readily
+FORCE_EFFORT_WEIGHT = 0.03  # of a Newton on the ground against a Newton of the root left unexplained
+TORQUE_WEIGHT_PER_M = 2.0  # 1/m, weight of the root's unexplained torque against force
+MAX_FEED_FORWARD_RAD = 1.0  # rad
 PLANNED_FRICTION = 0.8  # that is counted on, well inside the model's: what slips in the plan slips in the simulation
 _EDGES = np.array([[x, y, 1.0] for x, y in PLANNED_FRICTION * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])])  # of the pyramid
 
@@ -29,11 +29,11 @@ _EDGES = np.array([[x, y, 1.0] for x, y in PLANNED_FRICTION * np.array([[1, 0], 
 def with_feed_forward(library: MotionLibrary) -> MotionLibrary:
     """Return the library with the angles that ``feed_forward`` finds for each clip."""
     parts = [slice(clip.start, clip.start + clip.frames) for clip in library.clips]
-    found = [feed_forward(library.start_pose[part], library.start_vel[part], library.fps) for part in parts]
+    found = [compute_feed_forward(library.start_pose[part], library.start_vel[part], library.fps) for part in parts]
     return type(library).from_arrays(library.clips, library.arrays() | {"feed_forward": np.concat(found).astype(np.float32)}, library.fps)
 
 
-def feed_forward(poses: np.ndarray, velocities: np.ndarray, fps: float) -> np.ndarray:
+def compute_feed_forward(poses: np.ndarray, velocities: np.ndarray, fps: float) -> np.ndarray:
     """Return what is to be added to a clip's angles so that PD motors exert the torques that the clip needs.
 
     The forces of the ground are those, not negative and within friction, that leave least of the root's six equations of
@@ -47,11 +47,11 @@ def feed_forward(poses: np.ndarray, velocities: np.ndarray, fps: float) -> np.nd
     Returns:
         Angles [rad], shape (T, 43), at most ``LIMIT``.
     """
-    smooth = gaussian_filter1d(velocities.astype(float), SMOOTH * fps, axis=0, mode="nearest")
+    smooth = gaussian_filter1d(velocities.astype(float), VELOCITY_SMOOTHING_S * fps, axis=0, mode="nearest")
     accelerations = linear_velocity(smooth, fps)
     body = _Body()
     torques = [body.torques(*frame) for frame in zip(poses, velocities, accelerations, strict=True)]
-    return np.clip(np.array(torques) / HINGE_KP, -LIMIT, LIMIT)
+    return np.clip(np.array(torques) / HINGE_KP, -MAX_FEED_FORWARD_RAD, MAX_FEED_FORWARD_RAD)
 
 
 class _Body:
@@ -62,7 +62,7 @@ class _Body:
         self._model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_ACTUATION
         self._model.dof_damping[6:] -= HINGE_KV  # of the motors, whose targets lead by the reference's speed anyway
         self._data = mujoco.MjData(self._model)
-        self._soles = [(1 + b, point) for side in FEET for b in side for point in _sole(b)]
+        self._soles = [(1 + b, point) for side in FOOT_AND_TOE_BODIES for b in side for point in _sole(b)]
         self._jacobian = np.zeros((3, self._model.nv))
 
     def torques(self, pose: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
@@ -72,7 +72,7 @@ class _Body:
         mujoco.mj_inverse(self._model, data)
         needed, pushes, effort = data.qfrc_inverse.copy(), *self._pushes()
         if len(effort):
-            weights = np.array([1.0, 1.0, 1.0, LEVER, LEVER, LEVER])
+            weights = np.array([1.0, 1.0, 1.0, TORQUE_WEIGHT_PER_M, TORQUE_WEIGHT_PER_M, TORQUE_WEIGHT_PER_M])
             unexplained = np.concat([weights[:, None] * pushes[:6], np.diag(effort)])
             forces, _ = nnls(unexplained, np.concat([weights * needed[:6], np.zeros(len(effort))]))
             needed -= pushes @ forces
@@ -83,13 +83,13 @@ class _Body:
         data = self._data
         points = np.array([data.xpos[b] + data.xmat[b].reshape(3, 3) @ point for b, point in self._soles])
         lowest = points[:, 2].min()
-        heights = np.maximum(points[:, 2] - (lowest if lowest < STANDS else 0.0), 0.0)
+        heights = np.maximum(points[:, 2] - (lowest if lowest < MAX_GROUND_OFFSET_M else 0.0), 0.0)
         pushes, effort = [], []
         for (b, _), point, height in zip(self._soles, points, heights, strict=True):
-            if height <= NEAR_GROUND:
+            if height <= MAX_CONTACT_HEIGHT_M:
                 mujoco.mj_jac(self._model, data, self._jacobian, None, point, b)
                 pushes.append(_EDGES @ self._jacobian)
-                effort += [EFFORT * np.sqrt(1.0 + (height / SHY) ** 2)] * len(_EDGES)
+                effort += [FORCE_EFFORT_WEIGHT * np.sqrt(1.0 + (height / EFFORT_HEIGHT_SCALE_M) ** 2)] * len(_EDGES)
         return (np.concat(pushes).T if pushes else np.zeros((self._model.nv, 0))), np.array(effort)
 
 

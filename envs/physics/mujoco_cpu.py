@@ -14,9 +14,9 @@ from datasets.motion.body_state import BodyState
 from datasets.motion.clip import FPS
 from datasets.motion.humanoid import BODY_COUNT
 from envs.physics.humanoid_mjcf import build_model
-from envs.physics.protocol import CONTROL_STEP, FRAMES_PER_STEP, engine_steps
+from envs.physics.protocol import CONTROL_STEP_S, FRAMES_PER_STEP, engine_steps
 
-MAX_SPEED = 500.0  # m/s or rad/s of any degree of freedom; beyond it a world has exploded
+MAX_DOF_SPEED = 500.0  # m/s or rad/s of any degree of freedom; beyond it a world has exploded
 _ALL = slice(None)
 _SENSORS, _CONSTRAINTS = mujoco.mjtDisableBit.mjDSBL_SENSOR, mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
 _MOVED = mujoco.mjtState.mjSTATE_TIME | mujoco.mjtState.mjSTATE_QPOS | mujoco.mjtState.mjSTATE_QVEL  # the head of a state
@@ -51,7 +51,7 @@ class CpuPhysics:
         """
         _silence_engine()
         self.model = build_model() if model is None else model
-        self.steps = engine_steps(self.model, CONTROL_STEP)
+        self.steps = engine_steps(self.model, CONTROL_STEP_S)
         self._batch, self._eye = (Batch(_without(self.model, part), worlds, threads) for part in (_SENSORS, _CONSTRAINTS))
         self._fresh = self._batch.state[0].copy()  # a world without a past: no warm start of the solver either
         self._qpos, self._qvel, self._ctrl, self._wrench = (self._batch.bind(name) for name in ("qpos", "qvel", "ctrl", "xfrc_applied"))
@@ -72,7 +72,7 @@ class CpuPhysics:
         self._ctrl[:] = targets
         self._advance()
         self._show()
-        failed = ~(np.abs(self._speeds).max(axis=1) < MAX_SPEED)  # written so that NaN counts as failed
+        failed = ~(np.abs(self._speeds).max(axis=1) < MAX_DOF_SPEED)  # written so that NaN counts as failed
         if failed.any():  # put back to the origin: no number of an exploded world may reach anybody
             self._batch.state[failed] = self._fresh
             self._show(failed)
@@ -91,8 +91,8 @@ class CpuPhysics:
         """Measure the bodies of worlds, of all by default, where they were shown to be."""
         self._eye.forward(worlds, stage=mujoco.mjtStage.mjSTAGE_VEL)
 
-    def hold_root(self, wrench: np.ndarray) -> None:
-        """Let a force and a torque act on the pelvis until told otherwise; see ``Physics.hold_root``."""
+    def set_root_wrench(self, wrench: np.ndarray) -> None:
+        """Let a force and a torque act on the pelvis until told otherwise; see ``Physics.set_root_wrench``."""
         self._wrench[:, 1] = wrench
 
     def bodies(self, worlds: np.ndarray | slice = _ALL) -> BodyState:
@@ -132,20 +132,20 @@ class CpuPhysics:
         self._look()
 
 
-class FilmedPhysics(CpuPhysics):
+class RecordingPhysics(CpuPhysics):
     """Physics that keeps what happens at each frame of the reference, not only at each control step.
 
     Attributes:
-        film: Of the last control step, ``CpuPhysics.motion`` at each of its ``FRAMES_PER_STEP`` frames.
+        substates: Of the last control step, ``CpuPhysics.motion`` at each of its ``FRAMES_PER_STEP`` frames.
     """
 
-    film: list[tuple[np.ndarray, np.ndarray, np.ndarray]]
+    substates: list[tuple[np.ndarray, np.ndarray, np.ndarray]]
 
     def _advance(self) -> None:
-        self.film = []
+        self.substates = []
         for _ in range(FRAMES_PER_STEP):
             self._batch.step(nstep=engine_steps(self.model, 1.0 / FPS))
-            self.film.append(self.motion())
+            self.substates.append(self.motion())
 
 
 def _without(model: mujoco.MjModel, part: mujoco.mjtDisableBit) -> mujoco.MjModel:

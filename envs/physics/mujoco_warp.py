@@ -11,12 +11,14 @@ from configs.errors import InputError
 from datasets.motion.body_state import BodyState
 from datasets.motion.humanoid import BODY_COUNT
 from envs.physics.humanoid_mjcf import build_model
-from envs.physics.mujoco_cpu import MAX_SPEED
-from envs.physics.protocol import CONTROL_STEP, engine_steps
+from envs.physics.mujoco_cpu import MAX_DOF_SPEED
+from envs.physics.protocol import CONTROL_STEP_S, engine_steps
 
-CONTACTS = 64  # for which there is room, in all worlds together, for each of them; a random policy's bodies have 12
-CONSTRAINTS = 256  # rows of the solver for which there is room in each world: 64 contacts; a random policy's bodies have up to 84 rows
-ITERATIONS = 20  # of the solver, which takes up to 9 to converge: one world that never does must not hold up thousands
+MAX_CONTACTS_PER_WORLD = 64  # for which there is room, in all worlds together, for each of them; a random policy's bodies have 12
+MAX_CONSTRAINT_ROWS = (
+    256  # rows of the solver for which there is room in each world: 64 contacts; a random policy's bodies have up to 84 rows
+)
+MAX_SOLVER_ITERATIONS = 20  # of the solver, which takes up to 9 to converge: one world that never does must not hold up thousands
 _DISABLE = mujoco.mjtDisableBit
 _STATE = ("qpos", "qvel", "ctrl", "qacc_warmstart", "xfrc_applied")
 _MEASURED = ("overflow", "xpos", "xmat", "sensordata")
@@ -38,7 +40,7 @@ class WarpPhysics:
         Raises:
             InputError: If mujoco-warp is not installed, or cannot work with the GPU's driver.
         """
-        self._warp, self._engine = libraries(device)
+        self._warp, self._engine = import_warp(device)
         kinds = self._engine.OverflowType
         self._lost = int(kinds.NEFC | kinds.NJMAX_NNZ | kinds.BROADPHASE | kinds.NARROWPHASE | kinds.CCD)  # contacts without room
         self.model = build_model()
@@ -47,7 +49,7 @@ class WarpPhysics:
         self.device, self._name = device, str(device)
         with self._warp.ScopedDevice(self._name):
             self._moving, self._seeing = (self._on_device(flags) for flags in (_DISABLE.mjDSBL_SENSOR, 0))
-            self._data = self._engine.make_data(self.model, nworld=worlds, nconmax=CONTACTS, njmax=CONSTRAINTS)
+            self._data = self._engine.make_data(self.model, nworld=worlds, nconmax=MAX_CONTACTS_PER_WORLD, njmax=MAX_CONSTRAINT_ROWS)
             self._shared = {name: self._warp.to_torch(getattr(self._data, name)) for name in (*_STATE, *_MEASURED)}
             self._rest = self._shared["qpos"].clone()
             self._advance, self._look = self._recorded(self._step), self._recorded(self._measure)
@@ -65,13 +67,13 @@ class WarpPhysics:
         """
         self._shared["ctrl"].copy_(targets)
         self._advance()
-        failed = ~(self._shared["qvel"].abs().amax(dim=1) < MAX_SPEED) | ((self._shared["overflow"] & self._lost) != 0)
+        failed = ~(self._shared["qvel"].abs().amax(dim=1) < MAX_DOF_SPEED) | ((self._shared["overflow"] & self._lost) != 0)
         self._put(failed, self._rest, torch.zeros_like(self._shared["qvel"]))  # no number of an exploded world may reach anybody
         self._look()
         return failed
 
-    def hold_root(self, wrench: torch.Tensor) -> None:
-        """Let a force and a torque act on the pelvis until told otherwise; see ``Physics.hold_root``."""
+    def set_root_wrench(self, wrench: torch.Tensor) -> None:
+        """Let a force and a torque act on the pelvis until told otherwise; see ``Physics.set_root_wrench``."""
         self._shared["xfrc_applied"][:, 1] = wrench
 
     def bodies(self) -> BodyState:
@@ -106,13 +108,13 @@ class WarpPhysics:
         model = self._engine.put_model(self.model)
         model.opt.disableflags |= int(disabled)
         model.opt.warn_overflow = 0  # no lines from the GPU: failed worlds are counted by the env
-        model.opt.iterations = ITERATIONS
+        model.opt.iterations = MAX_SOLVER_ITERATIONS
         if self.device.type == "cuda":
             model.opt.graph_conditional = self._warp.is_conditional_graph_supported()  # since CUDA 12.4; without, all iterations are run
         return model
 
     def _step(self) -> None:
-        for _ in range(engine_steps(self.model, CONTROL_STEP)):
+        for _ in range(engine_steps(self.model, CONTROL_STEP_S)):
             self._engine.step(self._moving, self._data)
 
     def _measure(self) -> None:
@@ -134,15 +136,15 @@ class WarpPhysics:
         """Put the worlds of a mask (N,) into their states, positions (N, 50) and velocities (N, 49), without a past."""
         fresh = {"qpos": pose, "qvel": vel, **{name: torch.zeros_like(self._shared[name]) for name in ("qacc_warmstart", "overflow")}}
         for name, begun in fresh.items():
-            self._shared[name].copy_(renewed(worlds, begun, self._shared[name]))
+            self._shared[name].copy_(masked_where(worlds, begun, self._shared[name]))
 
 
-def renewed(worlds: torch.Tensor, begun: torch.Tensor, before: torch.Tensor) -> torch.Tensor:
-    """Return ``begun`` (N, ...) in the worlds of a mask (N,), and in the others ``before``."""
-    return torch.where(worlds.reshape(-1, *[1] * (begun.dim() - 1)), begun, before)
+def masked_where(mask: torch.Tensor, new: torch.Tensor, old: torch.Tensor) -> torch.Tensor:
+    """Return ``new`` (N, ...) in the worlds of a mask (N,), and in the others ``old``."""
+    return torch.where(mask.reshape(-1, *[1] * (new.dim() - 1)), new, old)
 
 
-def libraries(device: torch.device) -> tuple[Any, Any]:
+def import_warp(device: torch.device) -> tuple[Any, Any]:
     """Return warp and mujoco-warp, quiet.
 
     Raises:

@@ -13,7 +13,7 @@ from datasets.motion.clip import FPS
 from datasets.motion.rotation import Array
 
 FRAMES_PER_STEP = 2  # control at 30 Hz
-CONTROL_STEP = FRAMES_PER_STEP / FPS  # s
+CONTROL_STEP_S = FRAMES_PER_STEP / FPS  # s
 
 
 def engine_steps(model: mujoco.MjModel, seconds: float) -> int:
@@ -42,7 +42,7 @@ class Physics(Protocol):
         """
         ...
 
-    def hold_root(self, wrench: Array) -> None:
+    def set_root_wrench(self, wrench: Array) -> None:
         """Let forces [N] and torques [Nm] act on the pelvis, world axes, shape (N, 6), in all steps until told otherwise."""
         ...
 

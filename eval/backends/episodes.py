@@ -12,9 +12,9 @@ from envs.mimic.spec import EPISODE_FRAMES, MimicSpec
 from envs.physics.protocol import FRAMES_PER_STEP
 from envs.torch_env import AdaptMimicTorchEnv
 from envs.vector_env import AdaptMimicVectorEnv
-from trainers.evaluation.protocol import Act
+from trainers.evaluation.protocol import PolicyFn
 
-COMPARED = ("episode_length_ratio", "max_reward_ratio", "sr90", "root_mse")
+COMPARED_METRICS = ("episode_length_ratio", "max_reward_ratio", "sr90", "root_mse")
 STEPS = EPISODE_FRAMES // FRAMES_PER_STEP
 
 
@@ -31,7 +31,7 @@ class EpisodePairs(NamedTuple):
 
 
 def episode_pairs(
-    act: Act,
+    act: PolicyFn,
     library: MotionLibrary,
     spec: MimicSpec,
     worlds: int,
@@ -50,17 +50,17 @@ def episode_pairs(
     """
     ours = AdaptMimicVectorEnv(library, worlds, spec, autoreset_mode=AutoresetMode.DISABLED)
     other = AdaptMimicTorchEnv(library, worlds, spec, device)
-    clip, frame = ours.starts.draw(np.random.default_rng(0).random((2, worlds)))
+    clip, frame = ours.start_sampler.sample(np.random.default_rng(0).random((2, worlds)))
     seen, _ = ours.reset(options={"clip": clip, "frame": frame})
     tensor, _ = other.reset(options={"clip": clip, "frame": frame})
-    found = EpisodePairs(*({name: np.full(worlds, np.nan) for name in COMPARED} for _ in range(2)))
+    found = EpisodePairs(*({name: np.full(worlds, np.nan) for name in COMPARED_METRICS} for _ in range(2)))
     for _ in range(STEPS):
         seen, _, terminated, truncated, info = ours.step(act(seen))
         _note(found.cpu, terminated | truncated, info.get("tracking", {}))
         after_step()
         actions = torch.from_numpy(act(tensor.cpu().numpy())).to(device)
         tensor, _, terminated, truncated, info = other.step(actions)
-        _note(found.warp, (terminated | truncated).cpu().numpy(), {name: info["tracking"][name].cpu().numpy() for name in COMPARED})
+        _note(found.warp, (terminated | truncated).cpu().numpy(), {name: info["tracking"][name].cpu().numpy() for name in COMPARED_METRICS})
         after_step()
     return found
 

@@ -9,16 +9,16 @@ import torch
 
 from datasets.library.motion_library import MotionLibrary
 from envs.mimic.spec import MimicSpec
-from envs.physics.protocol import CONTROL_STEP, engine_steps
+from envs.physics.protocol import CONTROL_STEP_S, engine_steps
 from envs.torch_env import AdaptMimicTorchEnv
 from envs.vector_env import AdaptMimicVectorEnv
 
-TOUCH = 1e-6  # m: distances within single precision of 0
+TOUCH_DISTANCE_M = 1e-6  # m: distances within single precision of 0
 ALIKE, SUNK, TOUCHING = "alike", "sunk", "touching"
-KINDS = {
+CAUSES = {
     ALIKE: "neither of the below",
     SUNK: "a box has corners of its upper half in the ground: MuJoCo takes the lower four, mujoco-warp all of them",
-    TOUCHING: f"something touches within {TOUCH * 1e6:g} um: in double precision or in single, not in both",
+    TOUCHING: f"something touches within {TOUCH_DISTANCE_M * 1e6:g} um: in double precision or in single, not in both",
 }
 _CORNERS = np.stack(np.meshgrid(*[[-1.0, 1.0]] * 3), axis=-1).reshape(8, 3)
 
@@ -103,14 +103,14 @@ class _Cause:
         mujoco.mj_resetData(self._model, self._data)
         self._data.qpos[:], self._data.qvel[:], self._data.ctrl[:] = pose, speed, targets
         nearest = np.inf
-        for _ in range(engine_steps(self._model, CONTROL_STEP)):
+        for _ in range(engine_steps(self._model, CONTROL_STEP_S)):
             mujoco.mj_step1(self._model, self._data)
             heights, upper = self._corners()
             if (upper & (heights < 0.0)).any():
                 return SUNK
             nearest = min(nearest, np.abs(heights).min(), np.abs(self._data.contact.dist).min(initial=np.inf))
             mujoco.mj_step2(self._model, self._data)
-        return TOUCHING if nearest < TOUCH else ALIKE
+        return TOUCHING if nearest < TOUCH_DISTANCE_M else ALIKE
 
     def _corners(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the heights of all corners of boxes [m], and whether they are of its upper half, each (B, 8)."""

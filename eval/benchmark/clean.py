@@ -11,26 +11,26 @@ import numpy as np
 
 from configs.errors import InputError
 from datasets.imu.suit_simulation import simulate_suit
-from datasets.library.sources import SYNTHETIC, load_clips
+from datasets.library.sources import SYNTHETIC_SOURCE, load_clips
 from datasets.motion.clip import FPS, BodyMotion
-from datasets.retarget.humanoid_bvh import bvh_of
-from datasets.retarget.performer_clip import capture
+from datasets.retarget.humanoid_bvh import to_humanoid_bvh
+from datasets.retarget.performer_clip import performer_clip_from_bvh
 from datasets.retarget.retarget import retarget
 from datasets.synthetic.clips import synthetic_clips
-from envs.physics.mujoco_cpu import FilmedPhysics
-from eval.benchmark.peers.bare_mujoco import BareBatch, Tape
-from eval.benchmark.timing.interleaved import Contender, Speed, interleave, torch_threads
-from eval.clean.pipeline import Cleaner
-from eval.clean.samcon import CROWD, Crowd
-from eval.clean.stages import repair
+from envs.physics.mujoco_cpu import RecordingPhysics
+from eval.benchmark.peers.bare_mujoco import BareBatch, ControlRecorder
+from eval.benchmark.timing.interleaved import BenchmarkCase, BenchmarkResult, interleave, torch_threads
+from eval.clean.pipeline import CleaningPipeline
+from eval.clean.samcon import NUM_SAMPLES, SamconSearch
+from eval.clean.stages import repair_kinematically
 
-SECONDS = 10  # of the clip
+CLIP_S = 10  # of the clip
 THREADS = 2
-KIND = "turn"  # of made-up motion: a walk with two bends, in which nobody leaves the ground
+SYNTHETIC_KIND = "turn"  # of made-up motion: a walk with two bends, in which nobody leaves the ground
 OURS, LIMIT, SEARCH, NO_PHYSICS = "clean", "bare MuJoCo", "crowd alone", "no physics"
 
 
-class CrowdTape(Tape, FilmedPhysics):
+class SamconRecorder(ControlRecorder, RecordingPhysics):
     """Physics of a crowd that notes its controls, its resets and who went on from where whom was."""
 
     def branch(self, parents: np.ndarray) -> None:
@@ -39,7 +39,7 @@ class CrowdTape(Tape, FilmedPhysics):
         self.resets[len(self.targets)].append((np.arange(len(parents)), self.get_state()))
 
 
-class BareCrowd(BareBatch):
+class BareSamcon(BareBatch):
     """The native batch alone, on a crowd's states and controls."""
 
     def prepare(self) -> None:
@@ -49,7 +49,7 @@ class BareCrowd(BareBatch):
             self._batch.state[worlds] = states
 
 
-def benchmark_clean(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> Speed:
+def benchmark_clean(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> BenchmarkResult:
     """Return how quickly the package's policy cleans a clip of ten seconds.
 
     Args:
@@ -60,27 +60,29 @@ def benchmark_clean(motions: str, rounds: int, after_round: Callable[[], None] =
     Raises:
         InputError: If the source holds no clip of ten seconds.
     """
-    return measure_clean(Cleaner.load(threads=THREADS), faulty_clip(motions), rounds, after_round)
+    return measure_clean(CleaningPipeline.load(threads=THREADS), faulty_clip(motions), rounds, after_round)
 
 
 def faulty_clip(motions: str) -> BodyMotion:
     """Return ten seconds of a simulated suit's recording."""
-    if motions == SYNTHETIC:
-        clip = next(clip for clip in synthetic_clips(0, 1, SECONDS) if clip.kind == KIND)
+    if motions == SYNTHETIC_SOURCE:
+        clip = next(clip for clip in synthetic_clips(0, 1, CLIP_S) if clip.kind == SYNTHETIC_KIND)
     else:
-        long = [clip for clip in load_clips(motions) if clip.seconds >= SECONDS]
+        long = [clip for clip in load_clips(motions) if clip.seconds >= CLIP_S]
         if not long:
-            raise InputError(f"--motions {motions} holds no clip of {SECONDS} s, which is what is to be cleaned")
-        clip = long[0].cut(0, round(SECONDS * FPS))
+            raise InputError(f"--motions {motions} holds no clip of {CLIP_S} s, which is what is to be cleaned")
+        clip = long[0].cut(0, round(CLIP_S * FPS))
     return simulate_suit(clip, 0).faulty
 
 
-def measure_clean(cleaner: Cleaner, clip: BodyMotion, rounds: int, after_round: Callable[[], None] = lambda: None) -> Speed:
+def measure_clean(
+    cleaner: CleaningPipeline, clip: BodyMotion, rounds: int, after_round: Callable[[], None] = lambda: None
+) -> BenchmarkResult:
     """Return the same of a cleaner and a clip at 60 fps on level ground."""
-    bvh = bvh_of(clip)
-    repaired = repair(retarget(capture(bvh, clip.name)).motion, [])
+    bvh = to_humanoid_bvh(clip)
+    repaired = repair_kinematically(retarget(performer_clip_from_bvh(bvh, clip.name)).motion, [])
 
-    def cleaning(by: Cleaner) -> Callable[[], float]:
+    def cleaning(by: CleaningPipeline) -> Callable[[], float]:
         def run() -> float:
             by.clean(bvh, clip.name)
             return clip.seconds
@@ -88,39 +90,39 @@ def measure_clean(cleaner: Cleaner, clip: BodyMotion, rounds: int, after_round: 
         return run
 
     def search() -> float:
-        _perform(cleaner, repaired)
+        _search(cleaner, repaired)
         return clip.seconds
 
     plural = f"{cleaner.threads} thread{'s' * (cleaner.threads > 1)}"
-    contenders = [
-        Contender(OURS, f"ours, {plural}: BVH to BVH, of {clip.seconds:g} s; 1 is real time", cleaning(cleaner), limit=LIMIT),
-        Contender(SEARCH, f"the {CROWD} humanoids with policy, observation and choice", search, limit=LIMIT),
+    cases = [
+        BenchmarkCase(OURS, f"ours, {plural}: BVH to BVH, of {clip.seconds:g} s; 1 is real time", cleaning(cleaner), limit=LIMIT),
+        BenchmarkCase(SEARCH, f"the {NUM_SAMPLES} humanoids with policy, observation and choice", search, limit=LIMIT),
         _bare(cleaner, repaired),
-        Contender(NO_PHYSICS, "the same cleaning without the simulation", cleaning(replace(cleaner, policy=None))),
+        BenchmarkCase(NO_PHYSICS, "the same cleaning without the simulation", cleaning(replace(cleaner, policy=None))),
     ]
     with torch_threads(cleaner.threads):
-        rates = interleave(contenders, rounds, after_round)
-    return Speed("clean", "seconds of clip/s", contenders, rates, OURS)
+        rates = interleave(cases, rounds, after_round)
+    return BenchmarkResult("clean", "seconds of clip/s", cases, rates, OURS)
 
 
-def _perform(cleaner: Cleaner, clip: BodyMotion, physics: FilmedPhysics | None = None) -> None:
+def _search(cleaner: CleaningPipeline, clip: BodyMotion, physics: RecordingPhysics | None = None) -> None:
     """Let a crowd perform a clip, take after take."""
     assert cleaner.policy is not None
-    crowd = Crowd(cleaner.policy, cleaner.spec, clip, cleaner.threads)
+    crowd = SamconSearch(cleaner.policy, cleaner.spec, clip, cleaner.threads)
     if physics:
         crowd._env.physics = crowd._physics = physics
-    for _ in crowd.takes():
+    for _ in crowd.segments():
         pass
 
 
-def _bare(cleaner: Cleaner, clip: BodyMotion) -> Contender:
+def _bare(cleaner: CleaningPipeline, clip: BodyMotion) -> BenchmarkCase:
     """Return bare MuJoCo on the way that the crowd goes, recorded once: it is always the same."""
-    tape = CrowdTape(CROWD, cleaner.threads)
-    _perform(cleaner, clip, tape)
-    bare = BareCrowd(tape, CROWD, cleaner.threads)
+    tape = SamconRecorder(NUM_SAMPLES, cleaner.threads)
+    _search(cleaner, clip, tape)
+    bare = BareSamcon(tape, NUM_SAMPLES, cleaner.threads)
 
     def run() -> float:
         bare.run()  # it raises if it ends elsewhere
         return clip.seconds
 
-    return Contender(LIMIT, "mujoco.batch.Batch alone, through the crowd's states and controls", run, bare.prepare)
+    return BenchmarkCase(LIMIT, "mujoco.batch.Batch alone, through the crowd's states and controls", run, bare.prepare)

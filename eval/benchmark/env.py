@@ -7,17 +7,17 @@ import numpy as np
 from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv, VectorEnv
 
 from datasets.library.motion_library import MotionLibrary
-from envs.gym_env import motion_library
+from envs.gym_env import load_motion_library
 from envs.mimic.spec import MimicSpec
 from envs.vector_env import AdaptMimicVectorEnv
-from eval.benchmark.peers.bare_mujoco import BareBatch, BareStep, Tape
-from eval.benchmark.timing.interleaved import Contender, Speed, interleave
+from eval.benchmark.peers.bare_mujoco import BareBatch, BareStep, ControlRecorder
+from eval.benchmark.timing.interleaved import BenchmarkCase, BenchmarkResult, interleave
 
-ACTION = 0.1  # largest action: what a fresh policy explores
+MAX_ACTION = 0.1  # largest action: what a fresh policy explores
 SEED = 0
 
 
-def benchmark_env(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> Speed:
+def benchmark_env(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> BenchmarkResult:
     """Return the rates of our envs, of bare MuJoCo below them and of Gymnasium's vector envs of our single env.
 
     Args:
@@ -25,7 +25,7 @@ def benchmark_env(motions: str, rounds: int, after_round: Callable[[], None] = l
         rounds: How many rounds are kept; a round takes about two seconds.
         after_round: Called after each round.
     """
-    return measure_envs(motion_library(motions), rounds, after_round=after_round)
+    return measure_envs(load_motion_library(motions), rounds, after_round=after_round)
 
 
 def measure_envs(
@@ -35,52 +35,52 @@ def measure_envs(
     peer_worlds: int = 8,
     steps: int = 20,
     after_round: Callable[[], None] = lambda: None,
-) -> Speed:
+) -> BenchmarkResult:
     """Return the same of a library and sizes; ``steps`` control steps of ``worlds`` worlds make a block of the vector env."""
     # Processes first, threads later: a fork of a process with threads is asking for trouble.
     peers = {
         f"AsyncVectorEnv {peer_worlds}": AsyncVectorEnv([_maker(library)] * peer_worlds, autoreset_mode=AutoresetMode.SAME_STEP),
         f"SyncVectorEnv {peer_worlds}": SyncVectorEnv([_maker(library)] * peer_worlds, autoreset_mode=AutoresetMode.SAME_STEP),
     }
-    contenders = [
+    cases = [
         *_vector_pair(library, worlds, 1, steps),
         *_vector_pair(library, worlds, 2, steps),
         *_single_pair(library, 20 * steps),
         *(_peer(name, env, 2 * steps) for name, env in peers.items()),
     ]
     try:
-        rates = interleave(contenders, rounds, after_round)
+        rates = interleave(cases, rounds, after_round)
     finally:
         for env in peers.values():
             env.close()
-    return Speed("env", "control steps/s", contenders, rates, "vector env, 2 threads", tuple(peers))
+    return BenchmarkResult("env", "control steps/s", cases, rates, "vector env, 2 threads", tuple(peers))
 
 
-def _vector_pair(library: MotionLibrary, worlds: int, threads: int, steps: int) -> tuple[Contender, Contender]:
+def _vector_pair(library: MotionLibrary, worlds: int, threads: int, steps: int) -> tuple[BenchmarkCase, BenchmarkCase]:
     """Return our vector env and bare MuJoCo on as many threads."""
     env = AdaptMimicVectorEnv(library, worlds, threads=threads)
-    env.physics = tape = Tape(worlds, threads)
+    env.physics = tape = ControlRecorder(worlds, threads)
     env.reset(seed=SEED)
     bare = BareBatch(tape, worlds, threads)
     plural = f"{threads} thread{'s' * (threads > 1)}"
     limit = f"bare MuJoCo, {plural}"
     return (
-        Contender(
+        BenchmarkCase(
             f"vector env, {plural}",
             f"ours, native: {worlds} worlds with observation, reward and autoreset",
             _stepping(env, steps),
-            tape.rewind,
+            tape.restart_recording,
             limit,
         ),
-        Contender(limit, "mujoco.batch.Batch alone, through the same states and controls", bare.run, bare.prepare),
+        BenchmarkCase(limit, "mujoco.batch.Batch alone, through the same states and controls", bare.run, bare.prepare),
     )
 
 
-def _single_pair(library: MotionLibrary, steps: int) -> tuple[Contender, Contender]:
+def _single_pair(library: MotionLibrary, steps: int) -> tuple[BenchmarkCase, BenchmarkCase]:
     """Return our single env and bare MuJoCo."""
     env = gymnasium.make("AdaptMimic-v0", motions=library)
     batch: AdaptMimicVectorEnv = env.unwrapped.batch  # type: ignore[attr-defined]
-    batch.physics = tape = Tape(1, 1)
+    batch.physics = tape = ControlRecorder(1, 1)
     env.reset(seed=SEED)
     bare = BareStep(tape)
     actions = _actions(steps, 1)[:, 0]
@@ -93,17 +93,17 @@ def _single_pair(library: MotionLibrary, steps: int) -> tuple[Contender, Contend
         return steps
 
     return (
-        Contender("single env", 'gymnasium.make("AdaptMimic-v0")', run, tape.rewind, "bare mj_step"),
-        Contender(
+        BenchmarkCase("single env", 'gymnasium.make("AdaptMimic-v0")', run, tape.restart_recording, "bare mj_step"),
+        BenchmarkCase(
             "bare mj_step", f"mujoco.mj_step(model, data, {tape.steps}) alone, through the same states and controls", bare.run, bare.prepare
         ),
     )
 
 
-def _peer(name: str, env: VectorEnv, steps: int) -> Contender:
+def _peer(name: str, env: VectorEnv, steps: int) -> BenchmarkCase:
     """Return a vector env of Gymnasium's, made of our single env."""
     env.reset(seed=SEED)
-    return Contender(name, f"Gymnasium's, of {env.num_envs} of our single env", _stepping(env, steps))
+    return BenchmarkCase(name, f"Gymnasium's, of {env.num_envs} of our single env", _stepping(env, steps))
 
 
 def _stepping(env: VectorEnv, steps: int) -> Callable[[], int]:
@@ -120,7 +120,7 @@ def _stepping(env: VectorEnv, steps: int) -> Callable[[], int]:
 
 def _actions(steps: int, worlds: int) -> np.ndarray:
     size = (steps, worlds, MimicSpec().action_size)
-    return np.random.default_rng(SEED).uniform(-ACTION, ACTION, size).astype(np.float32)
+    return np.random.default_rng(SEED).uniform(-MAX_ACTION, MAX_ACTION, size).astype(np.float32)
 
 
 def _maker(library: MotionLibrary) -> Callable[[], gymnasium.Env]:

@@ -7,17 +7,17 @@ from importlib.util import find_spec
 import numpy as np
 import torch
 
-from agents.policy.mlp import ONEDNN
-from configs.load import CONFIGS, load_config
+from agents.policy.mlp import HAS_ONEDNN
+from configs.load import CONFIG_DIR, load_config
 from datasets.library.motion_library import MotionLibrary
-from envs.gym_env import motion_library
-from eval.benchmark.peers.matmul_limit import MatrixProducts, by_mkl
+from envs.gym_env import load_motion_library
+from eval.benchmark.peers.matmul_limit import MatrixProducts, multiply_by_mkl
 from eval.benchmark.peers.ppo_updates import PeerData, RslLearner, Sb3Learner, peer_data
-from eval.benchmark.timing.interleaved import Contender, Speed, interleave
+from eval.benchmark.timing.interleaved import BenchmarkCase, BenchmarkResult, interleave
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.algorithms.ppo_learner import PpoLearner
 from trainers.algorithms.rollout import Rollout, Step
-from trainers.collectors.cpu_collector import RolloutActor
+from trainers.collectors.cpu_collector import CpuCollector
 
 OURS, LIMIT, MKL = "ours", "its matrix products", "its matrix products, torch.mm"
 # By name of the row: the module without which it is left out, the class, and what differs.
@@ -27,7 +27,7 @@ PEERS = {
 }
 
 
-def benchmark_learner(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> Speed:
+def benchmark_learner(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> BenchmarkResult:
     """Return the rates of one update of ``configs/mixed.yaml``'s network on one rollout, ours and others'.
 
     Args:
@@ -35,28 +35,32 @@ def benchmark_learner(motions: str, rounds: int, after_round: Callable[[], None]
         rounds: How many rounds are kept; a round takes about four seconds.
         after_round: Called after each round.
     """
-    config = load_config(PpoConfig, CONFIGS / "mixed.yaml", ["learner.target_kl=0", "collect.actors=0", "device=cpu"])  # the same for all
-    return measure_learner(config, motion_library(motions), rounds, after_round)
+    config = load_config(
+        PpoConfig, CONFIG_DIR / "mixed.yaml", ["learner.target_kl=0", "collect.actors=0", "device=cpu"]
+    )  # the same for all
+    return measure_learner(config, load_motion_library(motions), rounds, after_round)
 
 
-def measure_learner(config: PpoConfig, library: MotionLibrary, rounds: int, after_round: Callable[[], None] = lambda: None) -> Speed:
+def measure_learner(
+    config: PpoConfig, library: MotionLibrary, rounds: int, after_round: Callable[[], None] = lambda: None
+) -> BenchmarkResult:
     """Return the same of a config and a library."""
     threads = torch.get_num_threads()
     try:
         learner = PpoLearner(config)
-        rollout, last_observations = collect(config, library, learner)
+        rollout, last_observations = collect_rollout(config, library, learner)
         torch.set_num_threads(config.learner.threads)  # of all
         products = MatrixProducts(config)
         peers, missing = _peers(config, learner, peer_data(learner, rollout, last_observations))
-        contenders = [_ours(learner, rollout), *_limits(config, products), *peers]
-        rates = interleave(contenders, rounds, after_round)
+        cases = [_ours(learner, rollout), *_limits(config, products), *peers]
+        rates = interleave(cases, rounds, after_round)
     finally:
         torch.set_num_threads(threads)
     per_sample = products.flops / rollout.samples
-    return Speed(
+    return BenchmarkResult(
         "learner",
         "samples/s",
-        contenders,
+        cases,
         rates,
         OURS,
         [peer.name for peer in peers],
@@ -65,43 +69,43 @@ def measure_learner(config: PpoConfig, library: MotionLibrary, rounds: int, afte
     )
 
 
-def _ours(learner: PpoLearner, rollout: Rollout) -> Contender:
+def _ours(learner: PpoLearner, rollout: Rollout) -> BenchmarkCase:
     begin = learner.get_state()
 
     def run() -> float:
         learner.update([rollout], 0.0)
         return float(rollout.samples)
 
-    return Contender(OURS, "PpoLearner.update, observations as collected", run, lambda: learner.set_state(begin), LIMIT)
+    return BenchmarkCase(OURS, "PpoLearner.update, observations as collected", run, lambda: learner.set_state(begin), LIMIT)
 
 
-def _limits(config: PpoConfig, products: MatrixProducts) -> list[Contender]:
+def _limits(config: PpoConfig, products: MatrixProducts) -> list[BenchmarkCase]:
     """Return the products in the quickest way, and as PyTorch makes them by default where that is another."""
-    if not ONEDNN:
-        return [Contender(LIMIT, "alone, by torch.mm", products.run)]
+    if not HAS_ONEDNN:
+        return [BenchmarkCase(LIMIT, "alone, by torch.mm", products.run)]
     return [
-        Contender(LIMIT, "alone, by oneDNN: the quickest way that was found", products.run),
-        Contender(MKL, "alone, as PyTorch multiplies by default", MatrixProducts(config, by_mkl).run),
+        BenchmarkCase(LIMIT, "alone, by oneDNN: the quickest way that was found", products.run),
+        BenchmarkCase(MKL, "alone, as PyTorch multiplies by default", MatrixProducts(config, multiply_by_mkl).run),
     ]
 
 
-def _peers(config: PpoConfig, learner: PpoLearner, data: PeerData) -> tuple[list[Contender], list[str]]:
+def _peers(config: PpoConfig, learner: PpoLearner, data: PeerData) -> tuple[list[BenchmarkCase], list[str]]:
     """Return the peers that are installed, and the names of those that are not."""
-    contenders, missing = [], []
+    cases, missing = [], []
     for name, (module, build, what) in PEERS.items():
         if find_spec(module) is None:
             missing.append(name)
             continue
         peer = build(config, learner, data)
-        contenders.append(Contender(name, what, peer.run, peer.prepare))
-    return contenders, missing
+        cases.append(BenchmarkCase(name, what, peer.run, peer.prepare))
+    return cases, missing
 
 
-def collect(config: PpoConfig, library: MotionLibrary, learner: PpoLearner) -> tuple[Rollout, np.ndarray]:
+def collect_rollout(config: PpoConfig, library: MotionLibrary, learner: PpoLearner) -> tuple[Rollout, np.ndarray]:
     """Return a rollout of the learner's policy, and the observations (N, O) after it, which rollouts do not hold."""
     steps = config.collect.horizon
     longer = replace(config, collect=replace(config.collect, horizon=steps + 1))
-    actor = RolloutActor(longer, 0, 0, library.clips, library.arrays(), library.fps, np.ones(len(library.clips)))
-    found = actor.collect(learner.weights(), config.learner.sigma, 0.0)
+    actor = CpuCollector(longer, 0, 0, library.clips, library.arrays(), library.fps, np.ones(len(library.clips)))
+    found = actor.collect(learner.weights(), config.learner.action_std, 0.0)
     cut = found._replace(steps=Step(*(part[:steps] for part in found.steps)), next_values=found.next_values[:steps])
     return cut, found.steps.observations[steps]

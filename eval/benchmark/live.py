@@ -14,35 +14,35 @@ import numpy as np
 import torch
 
 from agents.lobstr.model import LobstrModel, leg_matrices
-from agents.lobstr.spec import WINDOW
+from agents.lobstr.spec import WINDOW_FRAMES
 from agents.lobstr.stream import LowerBodyStream
-from agents.weights.pretrained import SHIPPED_LOBSTR
+from agents.weights.pretrained import PRETRAINED_LOBSTR
 from datasets.library.sources import load_clips
 from datasets.motion.clip import BodyMotion
-from datasets.motion.rotation_matrices import quaternions
+from datasets.motion.rotation_matrices import matrices_to_quaternions
 from datasets.trackers.features import tracker_features
-from datasets.trackers.trackers import PELVIS, RATE, TrackerPoses
-from eval.benchmark.timing.interleaved import Contender, Speed, interleave, torch_threads
-from eval.benchmark.timing.live_load import InStep, service
+from datasets.trackers.trackers import PELVIS_TRACKER, TRACKER_RATE_HZ, TrackerPoses
+from eval.benchmark.timing.interleaved import BenchmarkCase, BenchmarkResult, interleave, torch_threads
+from eval.benchmark.timing.live_load import LockstepClients, run_service
 from eval.live.messages import LIVE, STATES
-from eval.live.protocol import Codec, Frame
-from eval.live.solver import CALIBRATION_FRAMES, LiveBodies
-from eval.live.virtual_user import Performance, perform
-from eval.study.lobstr.variants import HEIGHTS
+from eval.live.protocol import Codec, TrackerFrame
+from eval.live.solver import CALIBRATION_FRAMES, LiveBodySolver
+from eval.live.virtual_user import TrackerReplay, replay_as_trackers
+from eval.study.lobstr.variants import USER_HEIGHTS_CM
 
 USERS = 20
-FRAMES = 180  # of each user in a round
+FRAMES_PER_ROUND = 180  # of each user in a round
 OURS, LIMIT, WINDOWED = "one user", "network step", "one user, windows"
-_READY = CALIBRATION_FRAMES + WINDOW + 10  # frames after which everybody is live
+_WARM_UP_FRAMES = CALIBRATION_FRAMES + WINDOW_FRAMES + 10  # frames after which everybody is live
 
 
-class Users:
+class SimulatedUsers:
     """Virtual users who perform a clip again and again, each from somewhere else in it on."""
 
     def __init__(self, clip: BodyMotion, count: int) -> None:
         """Take a clip at 45 fps."""
         self.codec = Codec.of("openxr")
-        self._done = [perform(clip, HEIGHTS[user % len(HEIGHTS)] / 100.0, user) for user in range(count)]
+        self._done = [replay_as_trackers(clip, USER_HEIGHTS_CM[user % len(USER_HEIGHTS_CM)] / 100.0, user) for user in range(count)]
         self._frames = [_endless(done, user * len(clip) // count) for user, done in enumerate(self._done)]
         self._number = 0
 
@@ -56,23 +56,23 @@ class Users:
         return lines
 
 
-class Block:
+class TimedFrames:
     """Frames of users, put through something that answers them, round by round."""
 
-    def __init__(self, users: Users, answer: Callable[[Sequence[bytes]], Sequence[bytes]]) -> None:
+    def __init__(self, users: SimulatedUsers, answer: Callable[[Sequence[bytes]], Sequence[bytes]]) -> None:
         """Have everybody live."""
         self._users, self._answer = users, answer
         self._lines: list[list[bytes]] = []
         self._waits: list[float] = []
         answers: Sequence[bytes] = ()
-        for _ in range(_READY):
+        for _ in range(_WARM_UP_FRAMES):
             answers = answer(users.lines())
         if any(f'"{STATES[LIVE]}"'.encode() not in line for line in answers):
             raise RuntimeError("a user is not live after calibration and warm-up: the benchmark would measure something else")
 
     def prepare(self) -> None:
         """Write the lines of a round."""
-        self._lines = [self._users.lines() for _ in range(FRAMES)]
+        self._lines = [self._users.lines() for _ in range(FRAMES_PER_ROUND)]
 
     def run(self) -> float:
         """Have them answered; return how many they were."""
@@ -82,9 +82,9 @@ class Block:
             self._waits.append(perf_counter() - begin)
         return float(sum(map(len, self._lines)))
 
-    def waits(self) -> np.ndarray:
+    def latencies_s(self) -> np.ndarray:
         """Return how long each call took [s], but for the first round, which warms up."""
-        return np.array(self._waits[FRAMES:])
+        return np.array(self._waits[FRAMES_PER_ROUND:])
 
 
 class WindowStream(LowerBodyStream):
@@ -93,7 +93,7 @@ class WindowStream(LowerBodyStream):
     def __init__(self, model: LobstrModel, users: int) -> None:
         """Follow ``users`` people."""
         super().__init__(model, users)
-        self._windows = np.zeros((users, WINDOW, model.spec.features), dtype=np.float32)
+        self._windows = np.zeros((users, WINDOW_FRAMES, model.spec.features), dtype=np.float32)
 
     @torch.inference_mode()
     def push(self, rows: np.ndarray, joints: TrackerPoses) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -106,11 +106,11 @@ class WindowStream(LowerBodyStream):
         self._windows[rows] = windows
         self._seen[rows] += 1
         body = self._model(torch.from_numpy(windows))
-        legs = leg_matrices(self._model.spec, body.pose[:, 0].numpy().astype(float), joints.rotations[:, PELVIS])
-        return quaternions(legs), body.contact[:, 0].numpy().argmax(-1).astype(bool), self._seen[rows] > WINDOW
+        legs = leg_matrices(self._model.spec, body.pose[:, 0].numpy().astype(float), joints.rotations[:, PELVIS_TRACKER])
+        return matrices_to_quaternions(legs), body.contact[:, 0].numpy().argmax(-1).astype(bool), self._seen[rows] > WINDOW_FRAMES
 
 
-def benchmark_live(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> Speed:
+def benchmark_live(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> BenchmarkResult:
     """Return how quickly the package's network answers.
 
     Args:
@@ -118,46 +118,64 @@ def benchmark_live(motions: str, rounds: int, after_round: Callable[[], None] = 
         rounds: How many rounds are kept; a round takes about four seconds.
         after_round: Called after each round.
     """
-    return measure_live(SHIPPED_LOBSTR, max(load_clips(motions, fps=RATE), key=len), rounds, after_round)
+    return measure_live(PRETRAINED_LOBSTR, max(load_clips(motions, fps=TRACKER_RATE_HZ), key=len), rounds, after_round)
 
 
-def measure_live(file: Path, clip: BodyMotion, rounds: int, after_round: Callable[[], None] = lambda: None, users: int = USERS) -> Speed:
+def measure_live(
+    file: Path, clip: BodyMotion, rounds: int, after_round: Callable[[], None] = lambda: None, users: int = USERS
+) -> BenchmarkResult:
     """Return the same of a network's file and a clip at 45 fps, with so many users."""
     with torch_threads(1), ExitStack() as stack:
-        contenders, blocks = _contenders(file, clip, users, stack)
-        rates = interleave(contenders, rounds, after_round)
-        waits = {name: block.waits() for name, block in blocks.items()}
-        return Speed("live", "frames/s", contenders, rates, OURS, (WINDOWED,), waits)
+        cases, blocks = _cases(file, clip, users, stack)
+        rates = interleave(cases, rounds, after_round)
+        latencies_s = {name: block.latencies_s() for name, block in blocks.items()}
+        return BenchmarkResult("live", "frames/s", cases, rates, OURS, (WINDOWED,), latencies_s)
 
 
-def _contenders(file: Path, clip: BodyMotion, count: int, stack: ExitStack) -> tuple[list[Contender], dict[str, Block]]:
+def _cases(file: Path, clip: BodyMotion, count: int, stack: ExitStack) -> tuple[list[BenchmarkCase], dict[str, TimedFrames]]:
     """Return what is timed, and the blocks of those that somebody waits for; ``stack`` ends the service."""
-    model, one, many = LobstrModel.load(file)[0], Users(clip, 1), Users(clip, count)
-    windowed = LiveBodies(model, 1)
+    model, one, many = LobstrModel.load(file)[0], SimulatedUsers(clip, 1), SimulatedUsers(clip, count)
+    windowed = LiveBodySolver(model, 1)
     windowed._stream = WindowStream(model, 1)
-    in_step = InStep(stack.enter_context(service(file, count)), count, many.codec)
+    in_step = LockstepClients(stack.enter_context(run_service(file, count)), count, many.codec)
     stack.callback(in_step.close)
-    together, limit, needed = f"{count} users", f"network step, {count} users", f"{count * RATE:g} frames/s are {RATE:g} a user"
+    together, limit, needed = (
+        f"{count} users",
+        f"network step, {count} users",
+        f"{count * TRACKER_RATE_HZ:g} frames/s are {TRACKER_RATE_HZ:g} a user",
+    )
     blocks = {
-        OURS: (Block(one, _answering(LiveBodies(model, 1), one.codec)), "ours: line to line, a frame a call", LIMIT),
-        together: (Block(many, _answering(LiveBodies(model, count), many.codec)), f"ours: a frame of each a call; {needed}", limit),
-        f"{together}, sockets": (Block(Users(clip, count), in_step.tick), f"the service in another process; {needed}", limit),
-        WINDOWED: (Block(Users(clip, 1), _answering(windowed, one.codec)), f"as ours, but {WINDOW} steps of the network each time", LIMIT),
+        OURS: (TimedFrames(one, _answering(LiveBodySolver(model, 1), one.codec)), "ours: line to line, a frame a call", LIMIT),
+        together: (
+            TimedFrames(many, _answering(LiveBodySolver(model, count), many.codec)),
+            f"ours: a frame of each a call; {needed}",
+            limit,
+        ),
+        f"{together}, sockets": (
+            TimedFrames(SimulatedUsers(clip, count), in_step.exchange),
+            f"the service in another process; {needed}",
+            limit,
+        ),
+        WINDOWED: (
+            TimedFrames(SimulatedUsers(clip, 1), _answering(windowed, one.codec)),
+            f"as ours, but {WINDOW_FRAMES} steps of the network each time",
+            LIMIT,
+        ),
     }
-    contenders = [Contender(name, what, block.run, block.prepare, bound) for name, (block, what, bound) in blocks.items()]
-    contenders += [
-        Contender(LIMIT, "PyTorch's GRU cell and the heads alone", _network(model, 1)),
-        Contender(limit, f"the same for {count} at once", _network(model, count)),
+    cases = [BenchmarkCase(name, what, block.run, block.prepare, bound) for name, (block, what, bound) in blocks.items()]
+    cases += [
+        BenchmarkCase(LIMIT, "PyTorch's GRU cell and the heads alone", _network(model, 1)),
+        BenchmarkCase(limit, f"the same for {count} at once", _network(model, count)),
     ]
-    return contenders, {name: block for name, (block, _, _) in blocks.items()}
+    return cases, {name: block for name, (block, _, _) in blocks.items()}
 
 
-def _answering(bodies: LiveBodies, codec: Codec) -> Callable[[Sequence[bytes]], Sequence[bytes]]:
+def _answering(bodies: LiveBodySolver, codec: Codec) -> Callable[[Sequence[bytes]], Sequence[bytes]]:
     """Return what answers a frame of each user, from lines to lines."""
     rows = np.arange(bodies.users)
 
     def answer(lines: Sequence[bytes]) -> Sequence[bytes]:
-        frames = [frame for line in lines if isinstance(frame := codec.read(line), Frame)]
+        frames = [frame for line in lines if isinstance(frame := codec.read(line), TrackerFrame)]
         trackers = TrackerPoses(*(np.stack([frame.trackers[part] for frame in frames]) for part in range(2)))
         solved = bodies.step(rows, trackers)
         return [
@@ -173,21 +191,21 @@ def _network(model: LobstrModel, users: int) -> Callable[[], float]:
     """Return a block of the network's steps alone, states carried."""
     layer = dict(model.encoder.named_parameters())
     weights = [layer[f"layer.{name}_l0"] for name in ("weight_ih", "weight_hh", "bias_ih", "bias_hh")]
-    features = torch.from_numpy(np.random.default_rng(0).normal(size=(FRAMES, users, model.spec.features)).astype(np.float32))
+    features = torch.from_numpy(np.random.default_rng(0).normal(size=(FRAMES_PER_ROUND, users, model.spec.features)).astype(np.float32))
 
     @torch.inference_mode()
     def run() -> float:
         state = torch.zeros(users, model.spec.hidden)
         for seen in features:
-            state = torch.gru_cell(model.normalised(seen), state, *weights)
-            model.read(state)
-        return float(FRAMES * users)
+            state = torch.gru_cell(model.normalise(seen), state, *weights)
+            model.decode(state)
+        return float(FRAMES_PER_ROUND * users)
 
     return run
 
 
-def _endless(done: Performance, start: int) -> Iterator[int]:
+def _endless(done: TrackerReplay, start: int) -> Iterator[int]:
     """Yield the frames of a user: T-pose, then the clip from ``start`` on, for ever."""
-    clip = range(done.first, len(done.trackers.positions))
-    yield from range(done.first)
+    clip = range(done.first_clip_frame, len(done.trackers.positions))
+    yield from range(done.first_clip_frame)
     yield from cycle([*clip[start:], *clip[:start]])

@@ -13,20 +13,20 @@ import torch
 
 from agents.root.model import RootModel
 from agents.root.networks.root3d_unet import Root3dUnet
-from agents.root.numpy_inference import unrolled
-from agents.root.path import BATCH, FULL_ORDER, check_length, weighted_step
+from agents.root.numpy_inference import as_numpy_function
+from agents.root.path import FULL_ORDER, WINDOWS_PER_BATCH, check_length, weighted_step
 from agents.root.reconstruct import reconstruct_root
 from agents.root.stream import RootStream
 from agents.root.windows import window_features
 from configs import load
-from datasets.cleanup.anti_skate import AntiSkate, relative_soles
+from datasets.cleanup.anti_skate import StanceRootFilter, relative_soles
 from datasets.imu.free_acceleration import accelerations_from_pose
-from datasets.imu.root_features import RATE, RootFrames, root_frames
+from datasets.imu.root_features import ROOT_RATE_HZ, RootFrames, root_frames
 from datasets.imu.suit_simulation import track_root
 from datasets.library.sources import load_clips
 from datasets.motion.clip import BodyMotion
 from datasets.motion.kinematics import resample
-from eval.benchmark.timing.interleaved import Contender, Speed, interleave, torch_threads
+from eval.benchmark.timing.interleaved import BenchmarkCase, BenchmarkResult, interleave, torch_threads
 from trainers.supervised.root_config import RootConfig
 
 OURS = "Root3D stream"
@@ -34,8 +34,8 @@ PEERS = ("Root3D in plain PyTorch", "foot contacts")
 
 
 @dataclass(frozen=True)
-class Task:
-    """What all contenders work on.
+class RootTask:
+    """What all cases work on.
 
     Attributes:
         clip: At 100 Hz.
@@ -48,7 +48,7 @@ class Task:
     frames: int
 
 
-def benchmark_root(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> Speed:
+def benchmark_root(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> BenchmarkResult:
     """Return the rates of Root3D and of the planar model beside their limits and peers.
 
     Args:
@@ -56,11 +56,11 @@ def benchmark_root(motions: str, rounds: int, after_round: Callable[[], None] = 
         rounds: How many rounds are kept; a round takes about two seconds.
         after_round: Called after each round.
     """
-    clip = resample(max(load_clips(motions), key=lambda clip: clip.seconds), RATE)
-    return measure_root(Task(clip, accelerations_from_pose(clip), min(200, len(clip))), rounds, after_round)
+    clip = resample(max(load_clips(motions), key=lambda clip: clip.seconds), ROOT_RATE_HZ)
+    return measure_root(RootTask(clip, accelerations_from_pose(clip), min(200, len(clip))), rounds, after_round)
 
 
-def measure_root(task: Task, rounds: int, after_round: Callable[[], None] = lambda: None) -> Speed:
+def measure_root(task: RootTask, rounds: int, after_round: Callable[[], None] = lambda: None) -> BenchmarkResult:
     """Return the same of a task.
 
     Raises:
@@ -68,38 +68,38 @@ def measure_root(task: Task, rounds: int, after_round: Callable[[], None] = lamb
     """
     root3d, planar = _untrained("root3d"), _untrained("planar")
     check_length(planar.spec, task.frames)
-    contenders = [
+    cases = [
         *_streams(root3d, planar, task),
         *_whole_clips("Root3D", root3d, task),
         *_whole_clips("planar", planar, task),
-        Contender(PEERS[0], "a frame a call: root_frames of the last 8, PyTorch's module, the filter", _plainly(root3d, task)),
-        Contender(PEERS[1], "imu_fusion.track_root: standing feet and the pelvis' acceleration, whole clip", _by_contacts(task)),
+        BenchmarkCase(PEERS[0], "a frame a call: root_frames of the last 8, PyTorch's module, the filter", _plainly(root3d, task)),
+        BenchmarkCase(PEERS[1], "imu_fusion.track_root: standing feet and the pelvis' acceleration, whole clip", _by_contacts(task)),
     ]
     with torch_threads(1):
-        rates = interleave(contenders, rounds, after_round)
-    return Speed("root", "frames/s", contenders, rates, OURS, PEERS)
+        rates = interleave(cases, rounds, after_round)
+    return BenchmarkResult("root", "frames/s", cases, rates, OURS, PEERS)
 
 
 def _untrained(name: str) -> RootModel:
     """Return a model of the kind that ``configs/<name>.yaml`` trains."""
-    spec = load.load_config(RootConfig, load.CONFIGS / f"{name}.yaml").model
+    spec = load.load_config(RootConfig, load.CONFIG_DIR / f"{name}.yaml").model
     return RootModel(spec).eval()
 
 
-def _streams(root3d: RootModel, planar: RootModel, task: Task) -> list[Contender]:
+def _streams(root3d: RootModel, planar: RootModel, task: RootTask) -> list[BenchmarkCase]:
     """Return both models frame by frame, and their networks alone on as many windows."""
     alone, planar_alone = "Root3D network, unrolled", "planar network, a window a call"
     windows = _windows(root3d, task.clip, task.accelerations).numpy()[: task.frames]
-    real_time = f"ours, a frame a call, all that reconstruct_root does; real time is {RATE:g}"
+    real_time = f"ours, a frame a call, all that reconstruct_root does; real time is {ROOT_RATE_HZ:g}"
     return [
-        Contender(OURS, real_time, _streaming(root3d, task), limit=alone),
-        Contender(alone, "its matrices alone, a window a call", _one_by_one(root3d, windows)),
-        Contender("planar stream", real_time, _streaming(planar, task), limit=planar_alone),
-        Contender(planar_alone, "PyTorch's module alone", _module_alone(planar, task, 1, task.frames)),
+        BenchmarkCase(OURS, real_time, _streaming(root3d, task), limit=alone),
+        BenchmarkCase(alone, "its matrices alone, a window a call", _one_by_one(root3d, windows)),
+        BenchmarkCase("planar stream", real_time, _streaming(planar, task), limit=planar_alone),
+        BenchmarkCase(planar_alone, "PyTorch's module alone", _module_alone(planar, task, 1, task.frames)),
     ]
 
 
-def _whole_clips(name: str, model: RootModel, task: Task) -> list[Contender]:
+def _whole_clips(name: str, model: RootModel, task: RootTask) -> list[BenchmarkCase]:
     """Return a model on the whole clip, and its network alone on all windows."""
     limit = f"{name} network, in batches"
 
@@ -108,12 +108,16 @@ def _whole_clips(name: str, model: RootModel, task: Task) -> list[Contender]:
         return len(task.clip)
 
     return [
-        Contender(f"{name}, whole clip", f"ours, reconstruct_root; real time is {RATE:g}", run, limit=limit),
-        Contender(limit, f"PyTorch's module alone on all windows, {BATCH} at a time", _module_alone(model, task, BATCH, len(task.clip))),
+        BenchmarkCase(f"{name}, whole clip", f"ours, reconstruct_root; real time is {ROOT_RATE_HZ:g}", run, limit=limit),
+        BenchmarkCase(
+            limit,
+            f"PyTorch's module alone on all windows, {WINDOWS_PER_BATCH} at a time",
+            _module_alone(model, task, WINDOWS_PER_BATCH, len(task.clip)),
+        ),
     ]
 
 
-def _streaming(model: RootModel, task: Task) -> Callable[[], int]:
+def _streaming(model: RootModel, task: RootTask) -> Callable[[], int]:
     """Return a block that pushes the frames through a stream."""
     stream = RootStream(model)
     accelerations = task.accelerations if model.spec.accelerations else repeat(None)
@@ -130,7 +134,7 @@ def _streaming(model: RootModel, task: Task) -> Callable[[], int]:
 def _one_by_one(model: RootModel, windows: np.ndarray) -> Callable[[], int]:
     """Return a block that puts normalised windows (B, 8, F) through Root3D's network without PyTorch."""
     assert isinstance(model.network, Root3dUnet)
-    network = unrolled(model.network)
+    network = as_numpy_function(model.network)
 
     def run() -> int:
         for window in windows:
@@ -140,7 +144,7 @@ def _one_by_one(model: RootModel, windows: np.ndarray) -> Callable[[], int]:
     return run
 
 
-def _module_alone(model: RootModel, task: Task, batch: int, count: int) -> Callable[[], int]:
+def _module_alone(model: RootModel, task: RootTask, batch: int, count: int) -> Callable[[], int]:
     """Return a block that puts ``count`` windows of a clip through a network, ``batch`` at a time."""
     batches = _windows(model, task.clip, task.accelerations)[:count].split(batch)
 
@@ -151,12 +155,12 @@ def _module_alone(model: RootModel, task: Task, batch: int, count: int) -> Calla
     return run
 
 
-def _plainly(model: RootModel, task: Task) -> Callable[[], int]:
+def _plainly(model: RootModel, task: RootTask) -> Callable[[], int]:
     """Return a block that reads Root3D's path frame by frame with the tools of whole clips."""
     window = model.spec.window
 
     def run() -> int:
-        filter_ = AntiSkate(RATE, np.zeros(3), relative_soles(task.clip.local_rotations[0]))
+        filter_ = StanceRootFilter(ROOT_RATE_HZ, np.zeros(3), relative_soles(task.clip.local_rotations[0]))
         for first in range(task.frames - window + 1):
             path = model(_windows(model, task.clip.cut(first, first + window), task.accelerations[first : first + window]))[0]
             filter_.step(weighted_step(path.numpy(), FULL_ORDER), relative_soles(task.clip.local_rotations[first + 1]))
@@ -165,7 +169,7 @@ def _plainly(model: RootModel, task: Task) -> Callable[[], int]:
     return run
 
 
-def _by_contacts(task: Task) -> Callable[[], int]:
+def _by_contacts(task: RootTask) -> Callable[[], int]:
     """Return a block that finds the path as a suit's software does."""
 
     def run() -> int:

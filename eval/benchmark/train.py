@@ -13,19 +13,28 @@ import numpy as np
 from rich.table import Table
 
 from configs.errors import InputError
-from configs.load import CONFIGS, load_config
+from configs.load import CONFIG_DIR, load_config
 from datasets.library.motion_library import MotionLibrary
-from envs.gym_env import motion_library
+from envs.gym_env import load_motion_library
 from envs.physics.inverse_dynamics import with_feed_forward
-from eval.benchmark.peers.trainings import PeerEnvs, Task, bare_training, iterate, length_ratio, our_training, peer_training, ratio_of
-from eval.benchmark.timing.interleaved import Contender, Speed, interleave
-from eval.benchmark.timing.time_to_score import STEADY, Race, Runner
+from eval.benchmark.peers.trainings import (
+    PeerEnvs,
+    TrainingTask,
+    bare_training,
+    iterate,
+    our_training,
+    peer_training,
+    policy_length_ratio,
+    training_length_ratio,
+)
+from eval.benchmark.timing.interleaved import BenchmarkCase, BenchmarkResult, interleave
+from eval.benchmark.timing.time_to_score import NUM_SUSTAINED_EVALUATIONS, Contestant, TimeToScore
 from eval.benchmark.timing.worker_process import TrainingProcess
 from trainers.algorithms.ppo_config import PpoConfig
-from trainers.evaluation.protocol import SHORTEST, zero_residual
+from trainers.evaluation.protocol import MIN_CLIP_FRAMES, zero_residual
 
 OURS, PEER, LIMIT = "ours, one process", "Stable-Baselines3", "bare training"
-RULES = Race(goal=0.8, minutes=10.0, lap=10.0)
+TIME_TO_SCORE = TimeToScore(target_score=0.8, max_minutes=10.0, evaluation_interval_s=10.0)
 SEEDS = (0, 1)  # one alone would be luck
 PEER_ENVS = (
     PeerEnvs("DummyVecEnv", 64),
@@ -33,11 +42,11 @@ PEER_ENVS = (
     PeerEnvs("SubprocVecEnv", 2),
     PeerEnvs("SubprocVecEnv", 8),
 )
-FIGURES = ("minutes", "samples", "minutes_steady", "samples_steady", "best")
+TIME_TO_SCORE_KEYS = ("minutes", "samples", "minutes_steady", "samples_steady", "best")
 MIB = 2**20
 
 
-def benchmark_train(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> Speed:
+def benchmark_train(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> BenchmarkResult:
     """Return samples per second of whole iterations, and how long it takes to learn two clips.
 
     Args:
@@ -50,54 +59,56 @@ def benchmark_train(motions: str, rounds: int, after_round: Callable[[], None] =
     """
     if find_spec("stable_baselines3") is None:
         raise InputError("the benchmark of training compares with stable-baselines3, which is not installed: pip install '.[benchmark]'")
-    config = load_config(PpoConfig, CONFIGS / "mixed.yaml", ["collect.actors=0", "device=cpu"])
-    return measure_train(Task(config, pair_of(motion_library(motions))), rounds, RULES, SEEDS, PEER_ENVS, after_round)
+    config = load_config(PpoConfig, CONFIG_DIR / "mixed.yaml", ["collect.actors=0", "device=cpu"])
+    return measure_train(
+        TrainingTask(config, choose_two_clips(load_motion_library(motions))), rounds, TIME_TO_SCORE, SEEDS, PEER_ENVS, after_round
+    )
 
 
-def pair_of(library: MotionLibrary) -> MotionLibrary:
+def choose_two_clips(library: MotionLibrary) -> MotionLibrary:
     """Return two clips: the first two walks, or whatever comes first where there are none.
 
     Raises:
         InputError: If fewer than two are long enough to be evaluated on.
     """
-    long = [index for index, clip in enumerate(library.clips) if clip.frames >= SHORTEST]
+    long = [index for index, clip in enumerate(library.clips) if clip.frames >= MIN_CLIP_FRAMES]
     if len(long) < 2:
-        raise InputError(f"two clips of {SHORTEST} frames or more are learnt, the motion source has {len(long)}")
+        raise InputError(f"two clips of {MIN_CLIP_FRAMES} frames or more are learnt, the motion source has {len(long)}")
     pair = sorted(long, key=lambda index: library.clips[index].kind != "walk")[:2]
     return with_feed_forward(library.select([index in pair for index in range(len(library.clips))]))
 
 
 def measure_train(
-    task: Task,
+    task: TrainingTask,
     rounds: int,
-    race: Race,
+    time_to_score: TimeToScore,
     seeds: Sequence[int],
     peer_envs: Sequence[PeerEnvs],
     after_round: Callable[[], None] = lambda: None,
-) -> Speed:
+) -> BenchmarkResult:
     """Return the same of any clips and settings, with one race a seed, and the quickest of the given vector envs for the peer."""
     every_pass = _with_learner(task, target_kl=0.0)  # the same work for all
     found = {envs: _rate_of(partial(peer_training, every_pass, envs)) for envs in peer_envs}
     envs = max(found, key=lambda one: found[one])
-    contenders, rates, memory = _rates(every_pass, envs, rounds, after_round)
-    arrivals = _arrivals(_with_learner(task, final_learning_rate=task.config.learner.learning_rate), envs, race, seeds)
+    cases, rates, memory = _rates(every_pass, envs, rounds, after_round)
+    times_to_score = _times_to_score(_with_learner(task, final_learning_rate=task.config.learner.learning_rate), envs, time_to_score, seeds)
     details = {
         "clips": [clip.name for clip in task.library.clips],
-        "zero_residual": ratio_of(zero_residual(task.config.task), task),
-        "goal": race.goal,
-        "minutes_limit": race.minutes,
-        "to_goal": arrivals,
+        "zero_residual": policy_length_ratio(zero_residual(task.config.task), task),
+        "goal": time_to_score.target_score,
+        "minutes_limit": time_to_score.max_minutes,
+        "to_goal": times_to_score,
         "memory_mib": {name: peak / MIB for name, peak in memory.items()},
         "peer_envs": {str(one): rate for one, rate in found.items()},
     }
-    return Speed("train", "samples/s", contenders, rates, OURS, (PEER,), details=details, notes=_notes(details, race))
+    return BenchmarkResult("train", "samples/s", cases, rates, OURS, (PEER,), details=details, notes=_notes(details, time_to_score))
 
 
-def _with_learner(task: Task, **changes: Any) -> Task:
+def _with_learner(task: TrainingTask, **changes: Any) -> TrainingTask:
     return replace(task, config=replace(task.config, learner=replace(task.config.learner, **changes)))
 
 
-def _with_actors(task: Task, actors: int, threads: int) -> Task:
+def _with_actors(task: TrainingTask, actors: int, threads: int) -> TrainingTask:
     """Return the task with so many of Ray's actors, and the same batch."""
     collect = replace(task.config.collect, actors=actors, threads=threads, envs=task.config.collect.envs // actors)
     return replace(task, config=replace(task.config, collect=collect))
@@ -115,9 +126,9 @@ def _rate_of(make: Callable[[], Any]) -> float:
 
 
 def _rates(
-    task: Task, envs: PeerEnvs, rounds: int, after_round: Callable[[], None]
-) -> tuple[list[Contender], dict[str, np.ndarray], dict[str, int]]:
-    """Return the contenders, their rates [samples/s] and how much memory each takes at most [bytes]."""
+    task: TrainingTask, envs: PeerEnvs, rounds: int, after_round: Callable[[], None]
+) -> tuple[list[BenchmarkCase], dict[str, np.ndarray], dict[str, int]]:
+    """Return the cases, their rates [samples/s] and how much memory each takes at most [bytes]."""
     ways = {
         OURS: ("collects and learns on two threads", partial(our_training, task)),
         "ours, Ray, 1 actor of 2": ("one actor of Ray's with two threads collects", partial(our_training, _with_actors(task, 1, 2))),
@@ -128,11 +139,13 @@ def _rates(
     with ExitStack() as stack:
         processes = {name: stack.enter_context(TrainingProcess(name, make)) for name, (_, make) in ways.items()}
         memory = {name: process.peak_memory(iterate) for name, process in processes.items()}
-        contenders = [
-            Contender(name, what, partial(one.call, iterate), partial(_pause_but, one, processes.values()), "" if name == LIMIT else LIMIT)
+        cases = [
+            BenchmarkCase(
+                name, what, partial(one.call, iterate), partial(_pause_but, one, processes.values()), "" if name == LIMIT else LIMIT
+            )
             for (name, one), (what, _) in zip(processes.items(), ways.values(), strict=True)
         ]
-        return contenders, interleave(contenders, rounds, after_round), memory
+        return cases, interleave(cases, rounds, after_round), memory
 
 
 def _pause_but(one: TrainingProcess[Any], processes: Iterable[TrainingProcess[Any]]) -> None:
@@ -143,7 +156,7 @@ def _pause_but(one: TrainingProcess[Any], processes: Iterable[TrainingProcess[An
     one.go_on()
 
 
-def _arrivals(task: Task, envs: PeerEnvs, race: Race, seeds: Sequence[int]) -> dict[str, dict[str, Any]]:
+def _times_to_score(task: TrainingTask, envs: PeerEnvs, time_to_score: TimeToScore, seeds: Sequence[int]) -> dict[str, dict[str, Any]]:
     """Return, of ours and the peer, when each seed's race brought them to the goal, and the medians of that."""
     seeded = [replace(task, config=replace(task.config, seed=seed)) for seed in seeds]
     ways = {OURS: our_training, PEER: partial(peer_training, envs=envs)}
@@ -151,11 +164,16 @@ def _arrivals(task: Task, envs: PeerEnvs, race: Race, seeds: Sequence[int]) -> d
     for one in seeded:
         with ExitStack() as stack:
             processes = {name: stack.enter_context(TrainingProcess(name, partial(make, one))) for name, make in ways.items()}
-            runners = [Runner(name, partial(it.call, iterate), partial(it.call, length_ratio)) for name, it in processes.items()]
-            race.run(runners, partial(_tell, one.config.seed))
-        for runner in runners:
-            ran[runner.name].append({"seed": one.config.seed, **race.result(runner)})
-    return {name: {**{key: median_of([one[key] for one in results]) for key in FIGURES}, "runs": results} for name, results in ran.items()}
+            contestants = [
+                Contestant(name, partial(it.call, iterate), partial(it.call, training_length_ratio)) for name, it in processes.items()
+            ]
+            time_to_score.run(contestants, partial(_log_evaluation, one.config.seed))
+        for runner in contestants:
+            ran[runner.name].append({"seed": one.config.seed, **time_to_score.result(runner)})
+    return {
+        name: {**{key: median_of([one[key] for one in results]) for key in TIME_TO_SCORE_KEYS}, "runs": results}
+        for name, results in ran.items()
+    }
 
 
 def median_of(found: Sequence[float | None]) -> float | None:
@@ -164,17 +182,18 @@ def median_of(found: Sequence[float | None]) -> float | None:
     return middle if np.isfinite(middle) else None
 
 
-def _tell(seed: int, runner: Runner) -> None:
-    lap = runner.last
-    progress = f"{lap.minutes:.1f} min, {lap.samples:,} samples, episode_length_ratio {lap.score:.3f}"
-    print(f"seed {seed}, {runner.name}: {progress}", file=sys.stderr)
+def _log_evaluation(seed: int, contestant: Contestant) -> None:
+    evaluation = contestant.latest
+    progress = f"{evaluation.minutes:.1f} min, {evaluation.samples:,} samples, episode_length_ratio {evaluation.score:.3f}"
+    print(f"seed {seed}, {contestant.name}: {progress}", file=sys.stderr)
 
 
-def _notes(details: dict[str, Any], race: Race) -> list[Table | str]:
+def _notes(details: dict[str, Any], time_to_score: TimeToScore) -> list[Table | str]:
     """Return what is no rate, for people."""
     table = Table(
-        title=f"until episode_length_ratio is {race.goal:g} on {' and '.join(details['clips'])}",
-        caption=f"deterministic policies on the same starts, each {race.lap:g} s of training; steadily: mean of {STEADY} scores; "
+        title=f"until episode_length_ratio is {time_to_score.target_score:g} on {' and '.join(details['clips'])}",
+        caption=f"deterministic policies on the same starts, each {time_to_score.evaluation_interval_s:g} s of training; "
+        f"steadily: mean of {NUM_SUSTAINED_EVALUATIONS} scores; "
         f"zero residual {details['zero_residual']:.3f}",
     )
     table.add_column("what")
@@ -182,8 +201,8 @@ def _notes(details: dict[str, Any], race: Race) -> list[Table | str]:
         table.add_column(column, justify="right")
     for name, arrived in details["to_goal"].items():
         for run in arrived["runs"]:
-            table.add_row(f"{name}, seed {run['seed']}", *_cells(run, race.minutes))
-        table.add_row(f"[bold]{name}, median[/]", *_cells(arrived, race.minutes))
+            table.add_row(f"{name}, seed {run['seed']}", *_cells(run, time_to_score.max_minutes))
+        table.add_row(f"[bold]{name}, median[/]", *_cells(arrived, time_to_score.max_minutes))
     tried = ", ".join(f"{name} {rate:,.0f}" for name, rate in details["peer_envs"].items())
     memory = ", ".join(f"{name} {peak:,.0f}" for name, peak in details["memory_mib"].items())
     return [table, f"{PEER}'s vector envs, samples/s: {tried}", f"peak memory, MiB: {memory}"]

@@ -9,18 +9,18 @@ import numpy as np
 import torch
 
 from datasets.library.motion_library import MotionLibrary
-from envs.gym_env import motion_library
-from envs.physics.mujoco_warp import WarpPhysics, libraries
+from envs.gym_env import load_motion_library
+from envs.physics.mujoco_warp import WarpPhysics, import_warp
 from envs.torch_env import AdaptMimicTorchEnv
 from envs.vector_env import AdaptMimicVectorEnv
-from eval.benchmark.timing.device_memory import finish
-from eval.benchmark.timing.interleaved import Contender, Speed, interleave
-from eval.benchmark.timing.world_memory import SEED, memory_table, metered_envs
+from eval.benchmark.timing.device_memory import synchronize
+from eval.benchmark.timing.interleaved import BenchmarkCase, BenchmarkResult, interleave
+from eval.benchmark.timing.world_memory import SEED, build_envs_and_measure_memory, memory_table
 from trainers.algorithms.ppo_config import CollectConfig, LearnerConfig, NetworkConfig, PpoConfig
-from trainers.ppo.workers import crew
-from trainers.runs.device import device_of, name_of
+from trainers.ppo.workers import build_workers
+from trainers.runs.device import device_name, resolve_device
 
-ACTION = 0.1  # largest action: what a fresh policy explores
+MAX_ACTION = 0.1  # largest action: what a fresh policy explores
 HIDDEN, HORIZON, EPOCHS, MINIBATCH = (512, 256), 16, 4, 16384  # of the training; a smaller batch is one minibatch
 NO_MJLAB = """
 mjlab's tracking env was not compared: mjlab 1.6 asks for mujoco 3.11, this project for 4.0,
@@ -29,7 +29,7 @@ so that they cannot be installed together; its task comes without a motion to tr
 
 
 @dataclass(frozen=True)
-class Sizes:
+class BenchmarkSizes:
     """What is measured.
 
     Attributes:
@@ -44,29 +44,29 @@ class Sizes:
 
 
 SIZES = {
-    "cuda": Sizes({256: 100, 1024: 100, 4096: 50, 16384: 16}, native_steps=100),
-    "cpu": Sizes({16: 32, 64: 8, 256: 2}),
+    "cuda": BenchmarkSizes({256: 100, 1024: 100, 4096: 50, 16384: 16}, native_steps=100),
+    "cpu": BenchmarkSizes({16: 32, 64: 8, 256: 2}),
 }
 
 
-class Bare(WarpPhysics):
+class BareWarpPhysics(WarpPhysics):
     """The simulation alone: nothing is measured, checked or reset.
 
     Attributes:
-        begin: State in which every step begins, such as an env's: without resets, bodies would soon lie on the ground, which is more work.
+        initial_state: State in which every step begins, such as an env's: without resets, bodies would soon lie on the ground, more work.
     """
 
-    begin: dict[str, torch.Tensor]
+    initial_state: dict[str, torch.Tensor]
 
-    def repeat(self, steps: int) -> None:
+    def repeat_step(self, steps: int) -> None:
         """Simulate the same control step so many times; going back to where it begins takes next to nothing."""
         for _ in range(steps):
-            for name, tensor in self.begin.items():
+            for name, tensor in self.initial_state.items():
                 self._shared[name].copy_(tensor)
             self._advance()
 
 
-def benchmark_worlds(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> Speed:
+def benchmark_worlds(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> BenchmarkResult:
     """Return the rates of the torch env, of bare mujoco-warp below it, of training with it, and of the native env.
 
     Args:
@@ -77,29 +77,29 @@ def benchmark_worlds(motions: str, rounds: int, after_round: Callable[[], None] 
     Raises:
         InputError: If mujoco-warp is not installed, or cannot work with the GPU's driver.
     """
-    device = device_of("auto")
-    libraries(device)
-    return measure_worlds(motion_library(motions), rounds, SIZES[device.type], device, after_round)
+    device = resolve_device("auto")
+    import_warp(device)
+    return measure_worlds(load_motion_library(motions), rounds, SIZES[device.type], device, after_round)
 
 
 def measure_worlds(
-    library: MotionLibrary, rounds: int, sizes: Sizes, device: torch.device, after_round: Callable[[], None] = lambda: None
-) -> Speed:
+    library: MotionLibrary, rounds: int, sizes: BenchmarkSizes, device: torch.device, after_round: Callable[[], None] = lambda: None
+) -> BenchmarkResult:
     """Return the same of a library, sizes and a device."""
-    envs, memory = metered_envs(library, list(sizes.steps), device)
+    envs, memory = build_envs_and_measure_memory(library, list(sizes.steps), device)
     native = _native(library, sizes)
     with ExitStack() as stack:
-        contenders = []
+        cases = []
         for env in envs:
             worlds = env.num_envs
-            contenders += [*_of_worlds(env, sizes.steps[worlds]), _training(library, worlds, device, stack)]
-        contenders.append(native)
-        rates = interleave(contenders, rounds, after_round)
-    name = name_of(device)
-    return Speed(
+            cases += [*_of_worlds(env, sizes.steps[worlds]), _training(library, worlds, device, stack)]
+        cases.append(native)
+        rates = interleave(cases, rounds, after_round)
+    name = device_name(device)
+    return BenchmarkResult(
         "worlds",
         "control steps/s",
-        contenders,
+        cases,
         rates,
         _env_name(max(sizes.steps)),
         (native.name,),
@@ -108,36 +108,36 @@ def measure_worlds(
     )
 
 
-def _of_worlds(env: AdaptMimicTorchEnv, steps: int) -> tuple[Contender, Contender]:
+def _of_worlds(env: AdaptMimicTorchEnv, steps: int) -> tuple[BenchmarkCase, BenchmarkCase]:
     """Return an env with random actions, and bare mujoco-warp with as many worlds."""
     worlds, device = env.num_envs, env.device
     size, chance = (steps, worlds, env.task.action_size), torch.Generator(device).manual_seed(SEED)
-    actions = ACTION * (2.0 * torch.rand(size, generator=chance, device=device) - 1.0)
-    bare = Bare(worlds, device)
+    actions = MAX_ACTION * (2.0 * torch.rand(size, generator=chance, device=device) - 1.0)
+    bare = BareWarpPhysics(worlds, device)
 
     def step() -> int:
         for action in actions:
             env.step(action)
-        finish(device)
+        synchronize(device)
         return steps * worlds
 
     def follow() -> None:
-        bare.begin = env.physics.get_state()
-        finish(device)
+        bare.initial_state = env.physics.get_state()
+        synchronize(device)
 
     def repeat() -> int:
-        bare.repeat(steps)
-        finish(device)
+        bare.repeat_step(steps)
+        synchronize(device)
         return steps * worlds
 
     limit = f"bare mujoco-warp, {worlds} worlds"
     return (
-        Contender(_env_name(worlds), "simulation, observation, reward, reset", step, lambda: finish(device), limit),
-        Contender(limit, "simulation alone, of the env's states", repeat, follow),
+        BenchmarkCase(_env_name(worlds), "simulation, observation, reward, reset", step, lambda: synchronize(device), limit),
+        BenchmarkCase(limit, "simulation alone, of the env's states", repeat, follow),
     )
 
 
-def _training(library: MotionLibrary, worlds: int, device: torch.device, stack: ExitStack) -> Contender:
+def _training(library: MotionLibrary, worlds: int, device: torch.device, stack: ExitStack) -> BenchmarkCase:
     """Return iterations of a training on the device; the env alone is its limit."""
     config = PpoConfig(
         network=NetworkConfig(HIDDEN),
@@ -146,31 +146,31 @@ def _training(library: MotionLibrary, worlds: int, device: torch.device, stack: 
         physics="warp",
         device=device.type,
     )
-    learner, pool = stack.enter_context(crew(config, library, np.ones(len(library.clips))))
+    learner, pool = stack.enter_context(build_workers(config, library, np.ones(len(library.clips))))
 
     def run() -> int:
-        collected = pool.collect(learner.weights(), config.learner.sigma)
+        collected = pool.collect(learner.weights(), config.learner.action_std)
         learner.update(collected.rollouts, 0.0)
-        finish(device)
+        synchronize(device)
         return collected.samples
 
     what = f"rollout of {HORIZON} steps and update of {EPOCHS} passes"
-    return Contender(f"training, {worlds} worlds", what, run, lambda: finish(device), _env_name(worlds))
+    return BenchmarkCase(f"training, {worlds} worlds", what, run, lambda: synchronize(device), _env_name(worlds))
 
 
-def _native(library: MotionLibrary, sizes: Sizes) -> Contender:
+def _native(library: MotionLibrary, sizes: BenchmarkSizes) -> BenchmarkCase:
     """Return the native env on all cores."""
     worlds, steps = sizes.native_worlds, sizes.native_steps
     env = AdaptMimicVectorEnv(library, worlds, threads=os.cpu_count() or 1)
     env.reset(seed=SEED)
-    actions = np.random.default_rng(SEED).uniform(-ACTION, ACTION, (steps, worlds, env.task.action_size)).astype(np.float32)
+    actions = np.random.default_rng(SEED).uniform(-MAX_ACTION, MAX_ACTION, (steps, worlds, env.task.action_size)).astype(np.float32)
 
     def run() -> int:
         for action in actions:
             env.step(action)
         return steps * worlds
 
-    return Contender(f"native env, {worlds} worlds, all cores", "MuJoCo on threads of the CPU", run)
+    return BenchmarkCase(f"native env, {worlds} worlds, all cores", "MuJoCo on threads of the CPU", run)
 
 
 def _env_name(worlds: int) -> str:

@@ -9,22 +9,22 @@ from pathlib import Path
 import torch
 from rich.markup import escape
 
-from agents.weights.pretrained import SHIPPED_POLICY
-from configs.command import exit_code_of
+from agents.weights.pretrained import PRETRAINED_POLICY
+from configs.command import run_command
 from configs.errors import InputError
 from datasets.formats.bvh import read_bvh, write_bvh
-from datasets.library.sources import BVH
-from datasets.retarget.joint_mapping import Mapping, read_mapping
-from eval.clean.pipeline import Cleaner
-from eval.clean.report import clean_report, folder_report
-from eval.clean.result import Cleaned
-from eval.pages.output_files import check_out, writing
+from datasets.library.sources import BVH_SUFFIX
+from datasets.retarget.joint_mapping import JointMapping, read_mapping
+from eval.clean.pipeline import CleaningPipeline
+from eval.clean.report import write_clip_report, write_folder_report
+from eval.clean.result import CleaningResult
+from eval.pages.output_files import check_writable, reporting_write_errors
 from trainers.runs.run_log import make_console
 
 THREADS = 2
 
 
-def clips_of(source: Path, target: Path) -> Iterator[tuple[Path, Path]]:
+def pair_inputs_with_outputs(source: Path, target: Path) -> Iterator[tuple[Path, Path]]:
     """Return each BVH file of a source, a file or a folder, and where its clean clip goes.
 
     Raises:
@@ -33,19 +33,19 @@ def clips_of(source: Path, target: Path) -> Iterator[tuple[Path, Path]]:
     if not source.exists():
         raise InputError(f"{source}: no such file or folder; name a BVH file or a folder of them")
     if source.is_dir():
-        if target.is_file() or target.suffix.lower() == BVH:
+        if target.is_file() or target.suffix.lower() == BVH_SUFFIX:
             raise InputError(f"--out {target} is a file's name, should be a folder's, for the clips of {source}")
         if target.resolve() == source.resolve():
             raise InputError(f"--out {target} is the folder of the clips itself, should be another one")
-        found = (file for file in source.rglob("*") if file.suffix.lower() == BVH and file.is_file())
+        found = (file for file in source.rglob("*") if file.suffix.lower() == BVH_SUFFIX and file.is_file())
         files = sorted(file for file in found if target.resolve() not in file.resolve().parents)  # not what was cleaned before
         if not files:
             raise InputError(f"{source}: no BVH file here or below")
         yield from ((file, target / file.relative_to(source)) for file in files)
         return
-    if source.suffix.lower() != BVH:
+    if source.suffix.lower() != BVH_SUFFIX:
         raise InputError(f"{source}: no BVH file; a clip to clean is one")
-    if target.is_dir() or target.suffix.lower() != BVH:
+    if target.is_dir() or target.suffix.lower() != BVH_SUFFIX:
         what = "a folder" if target.is_dir() else "no BVH file"
         raise InputError(f"--out {target} is {what}, should be a file's name such as {target / source.name}")
     if target.resolve() == source.resolve():
@@ -53,48 +53,48 @@ def clips_of(source: Path, target: Path) -> Iterator[tuple[Path, Path]]:
     yield source, target
 
 
-def clean(source: Path, target: Path, report: Path | None, cleaner: Cleaner, mapping: Mapping | None) -> None:
+def clean_files(source: Path, target: Path, report: Path | None, pipeline: CleaningPipeline, mapping: JointMapping | None) -> None:
     """Clean a clip, or all clips of a folder, and tell each in a line.
 
     Raises:
         InputError: If a clip cannot be cleaned; of a folder at the end, after all that can.
     """
-    console, reports, broken = make_console(), {}, 0
-    clips = list(clips_of(source, target))
-    check_out(target if source.is_dir() else target.parent)
+    console, reports, num_failed = make_console(), {}, 0
+    clips = list(pair_inputs_with_outputs(source, target))
+    check_writable(target if source.is_dir() else target.parent)
     for file, out in clips:
         begin = time.monotonic()
         try:
             with console.status(escape(f"cleaning {file.name}")):
-                bvh, cleaned = cleaner.clean(read_bvh(file), file.stem, mapping)
-            with writing(out):
+                bvh, cleaned = pipeline.clean(read_bvh(file), file.stem, mapping)
+            with reporting_write_errors(out):
                 out.parent.mkdir(parents=True, exist_ok=True)
                 write_bvh(out, bvh)
         except InputError as error:
             if source.is_file():
                 raise InputError(f"{error}" if str(file) in str(error) else f"{file}: {error}") from error
             console.print(escape(f"{file}: {error}; left out"))
-            broken += 1
+            num_failed += 1
             continue
         console.print(escape(_line(file, out, cleaned, time.monotonic() - begin)))
         if report:
             page = report / file.relative_to(source).with_suffix("") if source.is_dir() else report
-            with console.status("writing the report"), writing(page):
-                reports[str(page.relative_to(report))] = clean_report(cleaned, page)
+            with console.status("writing the report"), reporting_write_errors(page):
+                reports[str(page.relative_to(report))] = write_clip_report(cleaned, page)
             console.print(escape(f"  report: {page / 'index.html'}"))
     if report and source.is_dir() and reports:
-        with writing(report):
-            folder_report(reports, report)
+        with reporting_write_errors(report):
+            write_folder_report(reports, report)
         console.print(escape(f"report over all clips: {report / 'index.html'}"))
-    if broken:
-        raise InputError(f"{source}: {broken} of {len(clips)} files could not be cleaned, see above; the others were")
+    if num_failed:
+        raise InputError(f"{source}: {num_failed} of {len(clips)} files could not be cleaned, see above; the others were")
 
 
-def _line(file: Path, out: Path, cleaned: Cleaned, seconds: float) -> str:
+def _line(file: Path, out: Path, cleaned: CleaningResult, seconds: float) -> str:
     """Return what is to be said of a cleaned clip."""
     trusted = 100.0 * float(cleaned.confidence.mean())
     told = "".join(f"\n  {notice}" for notice in cleaned.notices)
-    began = f", began again {len(cleaned.seams)} times" if cleaned.seams else ""
+    began = f", began again {len(cleaned.restarts)} times" if cleaned.restarts else ""
     return f"{file.name} -> {out}: {cleaned.before.seconds:.1f} s in {seconds:.1f} s; {trusted:.0f} % of it is physics{began}{told}"
 
 
@@ -105,17 +105,17 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, required=True, metavar="OUT", help="the clean BVH file, or the folder of them")
     parser.add_argument("--report", type=Path, metavar="DIR", help="write a page with before and after there")
     parser.add_argument("--mapping", type=Path, metavar="FILE", help="YAML that names joints, unit or up axis, as in 'thigh_l: LeftUpLeg'")
-    parser.add_argument("--policy", type=Path, metavar="FILE", default=SHIPPED_POLICY, help="another policy than the package's")
+    parser.add_argument("--policy", type=Path, metavar="FILE", default=PRETRAINED_POLICY, help="another policy than the package's")
     options = parser.parse_args(arguments)
-    return exit_code_of(lambda: _run(options))
+    return run_command(lambda: _run(options))
 
 
 def _run(options: argparse.Namespace) -> None:
     if options.report:
-        check_out(options.report, "--report")
+        check_writable(options.report, "--report")
     torch.set_num_threads(THREADS)
     mapping = read_mapping(options.mapping) if options.mapping else None
-    clean(options.source, options.out, options.report, Cleaner.load(options.policy, THREADS), mapping)
+    clean_files(options.source, options.out, options.report, CleaningPipeline.load(options.policy, THREADS), mapping)
 
 
 if __name__ == "__main__":

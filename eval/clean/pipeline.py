@@ -7,27 +7,27 @@ from typing import Self
 import numpy as np
 
 from agents.policy.policy import Policy
-from agents.weights.pretrained import SHIPPED_POLICY
-from datasets.cleanup.ground_levelling import hovers
-from datasets.cleanup.off_feet_segments import Span, off_the_ground
-from datasets.cleanup.performer_foot_lock import plant_feet
+from agents.weights.pretrained import PRETRAINED_POLICY
+from datasets.cleanup.ground_levelling import is_floating
+from datasets.cleanup.off_feet_segments import OffFeetSpan, find_off_feet_spans
+from datasets.cleanup.performer_foot_lock import lock_performer_feet
 from datasets.formats.bvh import Bvh
 from datasets.motion.clip import FPS, BodyMotion
 from datasets.motion.kinematics import resample, resample_to
-from datasets.retarget.joint_mapping import Mapping
-from datasets.retarget.performer_clip import capture
-from datasets.retarget.retarget import retarget, retarget_again
-from datasets.retarget.transfer_back import to_bvh, transfer
+from datasets.retarget.joint_mapping import JointMapping
+from datasets.retarget.performer_clip import performer_clip_from_bvh
+from datasets.retarget.retarget import retarget, retarget_with
+from datasets.retarget.transfer_back import to_performer_bvh, transfer_back
 from envs.mimic.spec import MimicSpec
-from eval.clean.result import Cleaned
-from eval.clean.stages import give_root, inside, perform, repair
+from eval.clean.result import CleaningResult
+from eval.clean.stages import frame_mask, reconstruct_missing_root, repair_kinematically, simulate_grounded_spans
 from trainers.algorithms.policy_file import load_policy
 
-KEPT = 0.05  # trust below which a frame has nothing of physics in it
+MIN_CONFIDENCE = 0.05  # trust below which a frame has nothing of physics in it
 
 
 @dataclass(frozen=True)
-class Cleaner:
+class CleaningPipeline:
     """What cleans: a policy, and on how many threads.
 
     Attributes:
@@ -41,7 +41,7 @@ class Cleaner:
     threads: int
 
     @classmethod
-    def load(cls, path: Path = SHIPPED_POLICY, threads: int = 2) -> Self:
+    def load(cls, path: Path = PRETRAINED_POLICY, threads: int = 2) -> Self:
         """Return the cleaner with the policy of a file, the package's by default.
 
         Raises:
@@ -50,7 +50,9 @@ class Cleaner:
         policy, _, spec = load_policy(path)
         return cls(policy, spec, threads)
 
-    def clean(self, bvh: Bvh, name: str, mapping: Mapping | None = None, truth: BodyMotion | None = None) -> tuple[Bvh, Cleaned]:
+    def clean(
+        self, bvh: Bvh, name: str, mapping: JointMapping | None = None, truth: BodyMotion | None = None
+    ) -> tuple[Bvh, CleaningResult]:
         """Return a cleaned clip: what to write, and what is to be told of it.
 
         Args:
@@ -62,38 +64,38 @@ class Cleaner:
         Raises:
             InputError: If nothing human is found in the file.
         """
-        retargeted = retarget(capture(bvh, name, mapping))
+        retargeted = retarget(performer_clip_from_bvh(bvh, name, mapping))
         recorded = resample(retargeted.motion, FPS)
-        elsewhere = off_the_ground(recorded)
+        off_feet = find_off_feet_spans(recorded)
         # Somebody in the air who neither climbs nor is carried hangs there by the recording's fault.
-        located = recorded.rooted and (bool(elsewhere) or not hovers(recorded))
-        rooted = recorded if located else give_root(recorded)
-        elsewhere = elsewhere if located else off_the_ground(rooted)
-        performed = perform(self.policy, self.spec, repair(rooted, elsewhere), elsewhere, self.threads)
-        at_own_rate = resample_to(performed.motion, len(retargeted.motion), retargeted.motion.fps)
+        has_root = recorded.rooted and (bool(off_feet) or not is_floating(recorded))
+        rooted = recorded if has_root else reconstruct_missing_root(recorded)
+        off_feet = off_feet if has_root else find_off_feet_spans(rooted)
+        simulated = simulate_grounded_spans(self.policy, self.spec, repair_kinematically(rooted, off_feet), off_feet, self.threads)
+        at_own_rate = resample_to(simulated.motion, len(retargeted.motion), retargeted.motion.fps)
         nearest = np.minimum(np.arange(len(at_own_rate)) * FPS / at_own_rate.fps + 0.5, len(recorded) - 1).astype(int)
-        level = ~inside(elsewhere, len(recorded))
-        output = plant_feet(transfer(retargeted, at_own_rate), retargeted, performed.contacts[nearest], level[nearest])
-        cleaned = Cleaned(
+        level = ~frame_mask(off_feet, len(recorded))
+        output = lock_performer_feet(transfer_back(retargeted, at_own_rate), retargeted, simulated.contacts[nearest], level[nearest])
+        cleaned = CleaningResult(
             name,
             recorded,
-            replace(resample(retarget_again(retargeted, output), FPS), name=name),
-            performed.contacts,
-            performed.trust,
-            performed.trust < KEPT,
-            tuple(start / FPS for start in performed.starts[1:]),
-            _notices(rooted is not recorded, elsewhere),
+            replace(resample(retarget_with(retargeted, output), FPS), name=name),
+            simulated.contacts,
+            simulated.confidence,
+            simulated.confidence < MIN_CONFIDENCE,
+            tuple(start / FPS for start in simulated.segment_starts[1:]),
+            _notices(rooted is not recorded, off_feet),
             truth,
         )
-        return to_bvh(bvh, retargeted.capture, output), cleaned
+        return to_performer_bvh(bvh, retargeted.performer_clip, output), cleaned
 
 
-def _notices(reconstructed: bool, elsewhere: list[Span]) -> tuple[str, ...]:
+def _notices(reconstructed: bool, off_feet: list[OffFeetSpan]) -> tuple[str, ...]:
     """Return what a person should know of a clip, one line each."""
     guessed = "The recording does not say where the pelvis went, or lets the figure hover; its path was reconstructed."
     rootless = [guessed] if reconstructed else []
     spans = [
         f"Somebody {span.reason} from {span.start / FPS:.1f} s to {span.stop / FPS:.1f} s: not for feet on level ground, left to itself."
-        for span in elsewhere
+        for span in off_feet
     ]
     return (*rootless, *spans)

@@ -8,13 +8,13 @@ from urllib.parse import quote
 
 import numpy as np
 
-from eval.clean.report_data import frames_csv, report_data
-from eval.clean.result import Cleaned
-from eval.clean.video import picture_cleaning
-from eval.metrics.artefact_tracks import distances_local, distances_world, track_artefacts
-from eval.metrics.catalogue import shown
+from eval.clean.report_data import collect_report_data, frames_csv
+from eval.clean.result import CleaningResult
+from eval.clean.video import render_cleaning
+from eval.metrics.artefact_tracks import compute_artefact_tracks, distances_local, distances_world
+from eval.metrics.catalogue import metrics_with_values
 from eval.metrics.rollout_motion import mean_over_clips
-from eval.pages.artefact_plots import course, over_time, spans
+from eval.pages.artefact_plots import plot_artefacts, plot_over_time, true_spans
 from eval.pages.figures import GREY, RECORDED, Figure
 from eval.pages.output_files import write_whole
 from eval.pages.page import render_page
@@ -23,7 +23,7 @@ from eval.pages.render import INSTALL_HINT
 IN_FOLDERS = ("foot_skate", "floating", "ground_penetration", "self_penetration", "jitter", "deviation_local", "truth_error_local")
 
 
-def clean_report(cleaned: Cleaned, out: Path) -> dict[str, Any]:
+def write_clip_report(cleaned: CleaningResult, out: Path) -> dict[str, Any]:
     """Write ``report.json``, ``frames.csv`` and ``index.html`` about one cleaned clip.
 
     Args:
@@ -33,11 +33,11 @@ def clean_report(cleaned: Cleaned, out: Path) -> dict[str, Any]:
     Returns:
         What ``report.json`` holds.
     """
-    report = report_data(cleaned)
-    pictures = picture_cleaning(cleaned, [one["frame"] for one in report["most_changed"]])
+    report = collect_report_data(cleaned)
+    pictures = render_cleaning(cleaned, [one["frame"] for one in report["most_changed"]])
     notices = [*cleaned.notices, *([] if pictures else [f"{INSTALL_HINT[0].upper()}{INSTALL_HINT[1:]}."])]
     sides = [(side, values) for side, values in report["artefacts"].items() if values]
-    metrics, plots = shown(report["artefacts"]["after"]), _plots(cleaned)
+    metrics, plots = metrics_with_values(report["artefacts"]["after"]), _plots(cleaned)
     page = render_page(
         "clean/report.html.j2", {}, report=report, notices=notices, pictures=pictures, sides=sides, metrics=metrics, plots=plots
     )
@@ -48,38 +48,40 @@ def clean_report(cleaned: Cleaned, out: Path) -> dict[str, Any]:
     return report
 
 
-def folder_report(reports: Mapping[str, dict[str, Any]], out: Path) -> None:
+def write_folder_report(reports: Mapping[str, dict[str, Any]], out: Path) -> None:
     """Write ``report.json`` and ``index.html`` over the clips of a folder.
 
     Args:
-        reports: What ``clean_report`` returned, by the folder under ``out`` that it wrote into.
+        reports: What ``write_clip_report`` returned, by the folder under ``out`` that it wrote into.
         out: Folder to write into, made where it is missing.
     """
     means = mean_over_clips(report["artefacts"] for report in reports.values())
     sides = [(side, values) for side, values in means.items() if values]
-    metrics = shown(means["after"])
+    metrics = metrics_with_values(means["after"])
     columns = {name: metric for name, metric in metrics.items() if name in IN_FOLDERS}
-    page = render_page("clean/folder_report.html.j2", {"address": quote}, reports=reports, sides=sides, metrics=metrics, columns=columns)
+    page = render_page(
+        "clean/write_folder_report.html.j2", {"address": quote}, reports=reports, sides=sides, metrics=metrics, columns=columns
+    )
     table = {"artefacts": means, "clips": [{"folder": folder, **report} for folder, report in reports.items()]}
     out.mkdir(parents=True, exist_ok=True)
     write_whole(out / "report.json", json.dumps(table, indent=1, allow_nan=False) + "\n")
     write_whole(out / "index.html", page)
 
 
-def _plots(cleaned: Cleaned) -> list[tuple[str, Figure]]:
+def _plots(cleaned: CleaningResult) -> list[tuple[str, Figure]]:
     """Return all plots over time as (title, figure)."""
     fps, truth = cleaned.before.fps, cleaned.truth
-    kept, seams = spans(cleaned.kept, fps), cleaned.seams
-    sides = {"before": track_artefacts(cleaned.before, truth), "after": track_artefacts(cleaned.after, truth)}
-    sides |= {"truth": track_artefacts(truth, truth)} if truth else {}
+    kept, restarts = true_spans(cleaned.kept, fps), cleaned.restarts
+    sides = {"before": compute_artefact_tracks(cleaned.before, truth), "after": compute_artefact_tracks(cleaned.after, truth)}
+    sides |= {"truth": compute_artefact_tracks(truth, truth)} if truth else {}
     moved = {
         "roots aligned": (1e3 * distances_local(cleaned.after, cleaned.before).mean(axis=1), RECORDED),
         "in the world": (1e3 * distances_world(cleaned.after, cleaned.before).mean(axis=1), GREY),
     }
-    sure = course({"confidence": (cleaned.confidence, RECORDED)}, "confidence, 0 to 1", fps, np.fmin, kept, seams)
+    sure = plot_over_time({"confidence": (cleaned.confidence, RECORDED)}, "confidence, 0 to 1", fps, np.fmin, kept, restarts)
     sure["layout"]["yaxis"]["range"] = [0.0, 1.05]
     return [
-        *over_time(sides, kept, seams),
-        ("How far joints were moved", course(moved, "from the input [mm]", fps, np.fmax, kept, seams)),
+        *plot_artefacts(sides, kept, restarts),
+        ("How far joints were moved", plot_over_time(moved, "from the input [mm]", fps, np.fmax, kept, restarts)),
         ("Confidence", sure),
     ]

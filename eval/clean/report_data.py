@@ -4,61 +4,64 @@ from typing import Any
 
 import numpy as np
 
-from datasets.motion.humanoid import NAMES
-from eval.clean.result import Cleaned
-from eval.metrics.artefact_tracks import distances_local, distances_world, foot_contacts
-from eval.metrics.artefacts import agreement, artefacts
-from eval.pages.artefact_plots import spans
+from datasets.motion.humanoid import BODY_NAMES
+from eval.clean.result import CleaningResult
+from eval.metrics.artefact_tracks import distances_local, distances_world, low_feet
+from eval.metrics.artefacts import artefact_metrics, contact_agreement
+from eval.pages.artefact_plots import true_spans
 
-MOMENTS = 6  # pictures of the frames that were changed most
-APART = 0.5  # s between two of them
-LEAST = 1e-3  # m, of a change that is worth a picture
+MAX_MOMENTS = 6  # pictures of the frames that were changed most
+MIN_MOMENT_GAP_S = 0.5  # s between two of them
+MIN_DEVIATION_M = 1e-3  # m, of a change that is worth a picture
 CSV_HEADER = "frame,seconds,confidence,kept,contact_left,contact_right,deviation_local_mm,deviation_world_mm"
 
 
-def report_data(cleaned: Cleaned) -> dict[str, Any]:
+def collect_report_data(cleaned: CleaningResult) -> dict[str, Any]:
     """Return what ``report.json`` holds; metrics by the ids and in the units of METRICS.md."""
     local, world = _deviations(cleaned)
     fps = cleaned.before.fps
     simulated = cleaned.confidence >= 0.5  # elsewhere feet stand by their looks
-    sides = {"before": artefacts(cleaned.before, cleaned.truth), "after": artefacts(cleaned.after, cleaned.truth, cleaned.before)}
+    sides = {
+        "before": artefact_metrics(cleaned.before, cleaned.truth),
+        "after": artefact_metrics(cleaned.after, cleaned.truth, cleaned.before),
+    }
     return {
         "name": cleaned.name,
         "frames": len(cleaned.before),
         "fps": fps,
         "seconds": cleaned.before.seconds,
-        "artefacts": sides | {"truth": artefacts(cleaned.truth, cleaned.truth) if cleaned.truth else {}},
+        "artefacts": sides | {"truth": artefact_metrics(cleaned.truth, cleaned.truth) if cleaned.truth else {}},
         "deviation": {"local": _spread_mm(local), "world": _spread_mm(world)},
         "confidence": {
             "mean": float(cleaned.confidence.mean()),
             "lowest": float(cleaned.confidence.min()),
             "under_half": float(np.mean(cleaned.confidence < 0.5)),
         },
-        "kept": {"share": float(cleaned.kept.mean()), "spans": spans(cleaned.kept, fps)},
-        "seams": list(cleaned.seams),
-        "contact_rule": agreement(cleaned.contacts[simulated], foot_contacts(cleaned.after)[simulated]),
-        "most_changed": most_changed(cleaned),
+        "kept": {"share": float(cleaned.kept.mean()), "spans": true_spans(cleaned.kept, fps)},
+        "seams": list(cleaned.restarts),
+        "contact_rule": contact_agreement(cleaned.contacts[simulated], low_feet(cleaned.after)[simulated]),
+        "most_changed": find_most_changed_frames(cleaned),
         "notices": list(cleaned.notices),
     }
 
 
-def most_changed(cleaned: Cleaned) -> list[dict[str, Any]]:
+def find_most_changed_frames(cleaned: CleaningResult) -> list[dict[str, Any]]:
     """Return the frames whose joints were moved most, roots aligned, in the order of time: no two within half a second."""
     joints = distances_local(cleaned.after, cleaned.before)
     left, fps = joints.mean(axis=1), cleaned.before.fps
     found: list[dict[str, Any]] = []
-    while len(found) < MOMENTS and left.max() > LEAST:
+    while len(found) < MAX_MOMENTS and left.max() > MIN_DEVIATION_M:
         frame = int(left.argmax())
         body = int(joints[frame].argmax())
         found.append({
             "frame": frame, "seconds": frame / fps, "deviation_mm": 1e3 * float(joints[frame].mean()),
-            "body": NAMES[body], "body_mm": 1e3 * float(joints[frame, body]),
+            "body": BODY_NAMES[body], "body_mm": 1e3 * float(joints[frame, body]),
         })  # fmt: skip
-        left = np.where(np.abs(np.arange(len(left)) - frame) < APART * fps, 0.0, left)
+        left = np.where(np.abs(np.arange(len(left)) - frame) < MIN_MOMENT_GAP_S * fps, 0.0, left)
     return sorted(found, key=lambda one: one["frame"])
 
 
-def frames_csv(cleaned: Cleaned) -> str:
+def frames_csv(cleaned: CleaningResult) -> str:
     """Return the table of all frames."""
     local, world = _deviations(cleaned)
     rows = zip(cleaned.confidence, cleaned.kept, *cleaned.contacts.T, 1e3 * local, 1e3 * world, strict=True)
@@ -69,7 +72,7 @@ def frames_csv(cleaned: Cleaned) -> str:
     return "\n".join([CSV_HEADER, *lines]) + "\n"
 
 
-def _deviations(cleaned: Cleaned) -> tuple[np.ndarray, np.ndarray]:
+def _deviations(cleaned: CleaningResult) -> tuple[np.ndarray, np.ndarray]:
     """Return the mean distance of the joints from the input [m] with the roots aligned and in the world, each of shape (T,)."""
     return distances_local(cleaned.after, cleaned.before).mean(axis=1), distances_world(cleaned.after, cleaned.before).mean(axis=1)
 

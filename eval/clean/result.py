@@ -8,7 +8,7 @@ from datasets.motion.clip import BodyMotion
 
 
 @dataclass(frozen=True)
-class Cleaned:
+class CleaningResult:
     """A clip before and after; T frames at 60 fps, the same of both.
 
     Attributes:
@@ -19,7 +19,7 @@ class Cleaned:
             body weight in the simulation; elsewhere, as they look.
         confidence: In the output, 0 to 1; 0 where the input was kept because physics gave up, shape (T,).
         kept: Which frames keep the input, shape (T,).
-        seams: When the agent began again [s].
+        restarts: When the agent began again [s].
         notices: What a person should know.
         truth: The clean clip behind a simulated suit, where it is known.
     """
@@ -30,7 +30,7 @@ class Cleaned:
     contacts: np.ndarray
     confidence: np.ndarray
     kept: np.ndarray
-    seams: tuple[float, ...]
+    restarts: tuple[float, ...]
     notices: tuple[str, ...]
     truth: BodyMotion | None = None
 

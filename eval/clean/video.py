@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import mediapy
 import numpy as np
 
-from eval.clean.result import Cleaned
+from eval.clean.result import CleaningResult
 from eval.metrics.artefact_tracks import distances_local
-from eval.pages.render import can_render, encode_mp4, poses, render_pair, strip
+from eval.pages.render import can_render, encode_mp4, motion_to_qpos, render_pair, render_strip
 
-SECONDS = 10.0  # of a film: of longer clips the part in which most was changed; drawing takes longer than cleaning
-_SIZE = (360, 440)  # pixels, of the picture of a moment
+MAX_VIDEO_S = 10.0  # of a film: of longer clips the part in which most was changed; drawing takes longer than cleaning
+_MOMENT_SIZE_PX = (360, 440)  # pixels, of the picture of a moment
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Pictures:
     moments: list[bytes]
 
 
-def picture_cleaning(cleaned: Cleaned, frames: list[int]) -> Pictures | None:
+def render_cleaning(cleaned: CleaningResult, frames: list[int]) -> Pictures | None:
     """Return film and pictures, None where nothing renders.
 
     Args:
@@ -39,11 +39,11 @@ def picture_cleaning(cleaned: Cleaned, frames: list[int]) -> Pictures | None:
     """
     if not can_render():
         return None
-    before, after = poses(cleaned.before), poses(cleaned.after)
+    before, after = motion_to_qpos(cleaned.before), motion_to_qpos(cleaned.after)
     fps = cleaned.before.fps
-    part = _most_changed_part(distances_local(cleaned.after, cleaned.before).mean(axis=1), round(SECONDS * fps))
+    part = _most_changed_part(distances_local(cleaned.after, cleaned.before).mean(axis=1), round(MAX_VIDEO_S * fps))
     mp4 = encode_mp4(render_pair(before[part], after[part], fps, cleaned.kept[part]))
-    moments = [mediapy.compress_image(_moment(before[frame], after[frame])) for frame in frames]
+    moments = [mediapy.compress_image(_render_moment(before[frame], after[frame])) for frame in frames]
     return Pictures(mp4, part.start / fps, part.stop / fps, moments)
 
 
@@ -56,8 +56,8 @@ def _most_changed_part(changes: np.ndarray, length: int) -> slice:
     return slice(begin, begin + length)
 
 
-def _moment(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+def _render_moment(before: np.ndarray, after: np.ndarray) -> np.ndarray:
     """Return a picture of two poses (50,) in one place: what a clip has drifted over the ground does not show, its height does."""
     here = after.copy()
     here[:2] = before[:2]
-    return strip(before[None], here[None], moments=1, size=_SIZE)
+    return render_strip(before[None], here[None], moments=1, size=_MOMENT_SIZE_PX)

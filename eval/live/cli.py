@@ -14,42 +14,49 @@ from rich.console import Console
 from rich.markup import escape
 
 from agents.lobstr.model import LobstrModel
-from agents.weights.pretrained import SHIPPED_LOBSTR
-from configs.command import exit_code_of
+from agents.weights.pretrained import PRETRAINED_LOBSTR
+from configs.command import run_command
 from configs.errors import InputError, require
-from eval.live.messages import Bodies
+from eval.live.messages import BodySolver
 from eval.live.page import LivePage
-from eval.live.protocol import HOST, PORT
-from eval.live.recorder import MINUTES, Recorder
+from eval.live.protocol import DEFAULT_HOST, DEFAULT_PORT
+from eval.live.recorder import MAX_RECORDING_MIN, Recorder
 from eval.live.server import LiveServer
-from eval.live.solver import LiveBodies
+from eval.live.solver import LiveBodySolver
 from eval.live.status_line import StatusLine, summary
 from trainers.runs.run_log import make_console
 
-PAGE_PORT = 4546
-USERS = 20
+DEFAULT_PAGE_PORT = 4546
+DEFAULT_MAX_USERS = 20
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; return the exit code."""
     made = argparse.ArgumentParser(prog="python -m eval.live", description="Full bodies for head, hand and pelvis trackers, live.")
-    made.add_argument("--host", default=HOST, help=f"address to listen on (default: {HOST}, this machine alone: there is no password)")
-    made.add_argument("--port", type=int, default=PORT, help=f"port to listen on, 0 for any that is free (default: {PORT})")
     made.add_argument(
-        "--page-port", type=int, default=PAGE_PORT, help=f"port of the browser page on this machine, 0 for no page (default: {PAGE_PORT})"
+        "--host", default=DEFAULT_HOST, help=f"address to listen on (default: {DEFAULT_HOST}, this machine alone: there is no password)"
     )
-    made.add_argument("--users", type=int, default=USERS, help=f"how many may be there at once (default: {USERS})")
+    made.add_argument("--port", type=int, default=DEFAULT_PORT, help=f"port to listen on, 0 for any that is free (default: {DEFAULT_PORT})")
+    made.add_argument(
+        "--page-port",
+        type=int,
+        default=DEFAULT_PAGE_PORT,
+        help=f"port of the browser page on this machine, 0 for no page (default: {DEFAULT_PAGE_PORT})",
+    )
+    made.add_argument("--users", type=int, default=DEFAULT_MAX_USERS, help=f"how many may be there at once (default: {DEFAULT_MAX_USERS})")
     made.add_argument("--record", type=Path, metavar="DIR", help="save what is live there as BVH")
-    made.add_argument("--minutes", type=float, default=MINUTES, help=f"of a recording, then another begins (default: {MINUTES:g})")
-    made.add_argument("--model", type=Path, metavar="FILE", default=SHIPPED_LOBSTR, help="another network than the package's")
+    made.add_argument(
+        "--minutes", type=float, default=MAX_RECORDING_MIN, help=f"of a recording, then another begins (default: {MAX_RECORDING_MIN:g})"
+    )
+    made.add_argument("--model", type=Path, metavar="FILE", default=PRETRAINED_LOBSTR, help="another network than the package's")
     options = made.parse_args(arguments)
-    return exit_code_of(lambda: _run(options))
+    return run_command(lambda: _run(options))
 
 
 def _run(options: argparse.Namespace) -> None:
     _check(options)
     torch.set_num_threads(1)  # a frame is too small to be shared: threads that wait for each other are late
-    bodies = LiveBodies(LobstrModel.load(options.model)[0], options.users)
+    bodies = LiveBodySolver(LobstrModel.load(options.model)[0], options.users)
     asyncio.run(serve(bodies, options, make_console()))
 
 
@@ -62,11 +69,11 @@ def _check(options: argparse.Namespace) -> None:
     require(0.0 < options.minutes <= 600.0, "--minutes", options.minutes, "more than 0 and at most 600")
 
 
-async def serve(bodies: Bodies, options: argparse.Namespace, console: Console) -> None:
+async def serve(solver: BodySolver, options: argparse.Namespace, console: Console) -> None:
     """Serve until SIGINT or SIGTERM, then save what is being recorded.
 
     Args:
-        bodies: The solver.
+        solver: The solver.
         options: ``host``, ``port``, ``page_port``, ``record`` and ``minutes`` of the command line.
         console: Where people read what happens.
 
@@ -75,23 +82,23 @@ async def serve(bodies: Bodies, options: argparse.Namespace, console: Console) -
     """
     loop, stop, faults = asyncio.get_running_loop(), asyncio.Event(), []
 
-    def tell(text: str) -> None:
+    def log(text: str) -> None:
         console.print(escape(text))
 
     def fault(_: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         """End at a fault of the program, but save what was recorded; what the system refuses, such as one socket more, is none."""
         error = context.get("exception") or RuntimeError(context["message"])
         if isinstance(error, OSError):
-            tell(f"{context['message']}: {_reason(error)}")
+            log(f"{context['message']}: {_reason(error)}")
             return
         faults.append(error)
         stop.set()
 
-    server = LiveServer(bodies, Recorder(options.record, tell, options.minutes) if options.record else None, tell)
-    page = LivePage(server.seen) if options.page_port else None
+    server = LiveServer(solver, Recorder(options.record, log, options.minutes) if options.record else None, log)
+    page = LivePage(server.views) if options.page_port else None
     status = StatusLine(server, console)
     try:
-        await _listen(server, page, options, tell)
+        await _listen(server, page, options, log)
         loop.set_exception_handler(fault)
         for number in (signal.SIGINT, signal.SIGTERM):
             loop.add_signal_handler(number, stop.set)
@@ -105,25 +112,25 @@ async def serve(bodies: Bodies, options: argparse.Namespace, console: Console) -
         if page:
             await page.stop()
         await server.stop()
-    tell(summary(server))
+    log(summary(server))
     if faults:
         raise faults[0]
 
 
-async def _listen(server: LiveServer, page: LivePage | None, options: argparse.Namespace, tell: Any) -> None:
+async def _listen(server: LiveServer, page: LivePage | None, options: argparse.Namespace, log: Any) -> None:
     """Open the ports and say where."""
     try:
         port = await server.start(options.host, options.port)
     except OSError as error:
         raise InputError(f"--host {options.host} --port {options.port}: {_reason(error)}; choose others, 0 takes any free port") from error
-    tell(f"trackers: {options.host} port {port} (TCP, a JSON object a line, docs/live.md); Ctrl-C stops")
+    log(f"trackers: {options.host} port {port} (TCP, a JSON object a line, docs/live.md); Ctrl-C stops")
     if page:
         try:
-            tell(f"page: http://{HOST}:{await page.start(options.page_port)}/")
+            log(f"page: http://{DEFAULT_HOST}:{await page.start(options.page_port)}/")
         except OSError as error:
             raise InputError(f"--page-port {options.page_port}: {_reason(error)}; choose another, 0 is for no page") from error
-        server.after_batch = page.show
-    tell(f"no hardware at hand? python -m eval.live_replay CLIP.bvh --port {port}")
+        server.after_batch = page.notify
+    log(f"no hardware at hand? python -m eval.live_replay CLIP.bvh --port {port}")
 
 
 def _reason(error: OSError) -> str:

@@ -7,35 +7,35 @@ from time import perf_counter
 from typing import Any
 
 from configs.errors import InputError
-from datasets.trackers.trackers import RATE, TrackerPoses
-from eval.live.protocol import MAX_LINE, MAX_NAME, VERSION, Codec
+from datasets.trackers.trackers import TRACKER_RATE_HZ, TrackerPoses
+from eval.live.protocol import MAX_LINE_BYTES, MAX_NAME_LENGTH, PROTOCOL_VERSION, Codec
 
-PATIENCE = 5.0  # s that the service may be silent
+TIMEOUT_S = 5.0  # s that the service may be silent
 
 
 @dataclass
-class Played:
+class PlaybackResult:
     """What came of frames that were sent.
 
     Attributes:
-        sent: When each frame was, on ``perf_counter``.
+        sent_times: When each frame was, on ``perf_counter``.
         answers: By frame.
-        delays: From a frame's sending to its answer [ms].
-        told: Errors and warnings.
+        latencies_ms: From a frame's sending to its answer [ms].
+        messages: Errors and warnings.
     """
 
-    sent: list[float] = field(default_factory=list)
+    sent_times: list[float] = field(default_factory=list)
     answers: dict[int, dict[str, Any]] = field(default_factory=dict)
-    delays: list[float] = field(default_factory=list)
-    told: list[str] = field(default_factory=list)
+    latencies_ms: list[float] = field(default_factory=list)
+    messages: list[str] = field(default_factory=list)
 
     @property
     def rate(self) -> float:
         """Frames a second that were sent."""
-        return (len(self.sent) - 1) / (self.sent[-1] - self.sent[0]) if len(self.sent) > 1 else 0.0
+        return (len(self.sent_times) - 1) / (self.sent_times[-1] - self.sent_times[0]) if len(self.sent_times) > 1 else 0.0
 
 
-async def play(trackers: TrackerPoses, host: str, port: int, speed: float = 1.0, name: str = "") -> Played:
+async def play(trackers: TrackerPoses, host: str, port: int, speed: float = 1.0, name: str = "") -> PlaybackResult:
     """Send frames at true speed and collect what comes back.
 
     Args:
@@ -50,16 +50,16 @@ async def play(trackers: TrackerPoses, host: str, port: int, speed: float = 1.0,
     """
     there = f"{host} port {port}"
     try:
-        reader, writer = await asyncio.wait_for(asyncio.open_connection(host, port, limit=MAX_LINE), PATIENCE)
+        reader, writer = await asyncio.wait_for(asyncio.open_connection(host, port, limit=MAX_LINE_BYTES), TIMEOUT_S)
     except (OSError, TimeoutError) as error:
         raise InputError(f"{there}: nobody listens ({error or 'no answer'}); start it: python -m eval.live") from error
-    codec = Codec.of("z-up", "".join(letter for letter in name if letter.isprintable())[:MAX_NAME])
+    codec = Codec.of("z-up", "".join(letter for letter in name if letter.isprintable())[:MAX_NAME_LENGTH])
     try:
         await _greet(reader, writer, codec, there)
         lines = [codec.frame(number, TrackerPoses(*pose)) for number, pose in enumerate(zip(*trackers, strict=True))]
-        played = Played()
+        played = PlaybackResult()
         listening = asyncio.create_task(_listen(reader, played))
-        await _send(writer, lines, RATE * speed, played, listening)
+        await _send(writer, lines, TRACKER_RATE_HZ * speed, played, listening)
         await listening
         return played
     finally:
@@ -68,39 +68,41 @@ async def play(trackers: TrackerPoses, host: str, port: int, speed: float = 1.0,
 
 async def _greet(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, codec: Codec, there: str) -> None:
     """Say hello and read the service's own."""
-    writer.write(json.dumps({"lobstr": VERSION, "axes": codec.axes, "name": codec.name}).encode() + b"\n")
+    writer.write(json.dumps({"lobstr": PROTOCOL_VERSION, "axes": codec.axes, "name": codec.name}).encode() + b"\n")
     try:
-        welcome = json.loads(await asyncio.wait_for(reader.readline(), PATIENCE) or b"{}")
+        welcome = json.loads(await asyncio.wait_for(reader.readline(), TIMEOUT_S) or b"{}")
     except (OSError, TimeoutError, ValueError) as error:
         raise InputError(f"{there}: something listens, but is no live service ({error or 'silent'})") from error
-    if not isinstance(welcome, dict) or welcome.get("lobstr") != VERSION:
+    if not isinstance(welcome, dict) or welcome.get("lobstr") != PROTOCOL_VERSION:
         error = welcome.get("error") if isinstance(welcome, dict) else None
         raise InputError(f"{there}: {error or 'something listens, but is no live service'}")
 
 
-async def _send(writer: asyncio.StreamWriter, lines: list[bytes], fps: float, played: Played, listening: asyncio.Task[None]) -> None:
+async def _send(
+    writer: asyncio.StreamWriter, lines: list[bytes], fps: float, played: PlaybackResult, listening: asyncio.Task[None]
+) -> None:
     """Send every line when it is due, until the service hangs up."""
     begin = perf_counter()
     for number, line in enumerate(lines):
         await asyncio.sleep(max(0.0, begin + number / fps - perf_counter()))
         if listening.done():
             return
-        played.sent.append(perf_counter())
+        played.sent_times.append(perf_counter())
         writer.write(line)
     writer.write_eof()
 
 
-async def _listen(reader: asyncio.StreamReader, played: Played) -> None:
+async def _listen(reader: asyncio.StreamReader, played: PlaybackResult) -> None:
     """Take answers until the service hangs up."""
     try:
-        while line := await asyncio.wait_for(reader.readline(), PATIENCE):
+        while line := await asyncio.wait_for(reader.readline(), TIMEOUT_S):
             message = json.loads(line)
             if "state" in message:
-                played.delays.append(1e3 * (perf_counter() - played.sent[message["frame"]]))
+                played.latencies_ms.append(1e3 * (perf_counter() - played.sent_times[message["frame"]]))
                 played.answers[message["frame"]] = message
             else:
-                played.told.append(message.get("error") or message.get("warning") or line.decode())
+                played.messages.append(message.get("error") or message.get("warning") or line.decode())
     except (ValueError, KeyError, IndexError, TypeError, AttributeError):
-        played.told.append("the connection ended: an answer was none")
+        played.messages.append("the connection ended: an answer was none")
     except (OSError, TimeoutError) as error:
-        played.told.append(f"the connection ended: {error or 'silent'}")
+        played.messages.append(f"the connection ended: {error or 'silent'}")

@@ -11,7 +11,7 @@ CALIBRATING, WARMING_UP, LIVE = range(3)
 STATES: tuple[str, ...] = ("calibrating", "warming up", "live")
 
 
-class Solved(NamedTuple):
+class SolvedFrames(NamedTuple):
     """What came of one frame of n users.
 
     Attributes:
@@ -31,7 +31,7 @@ class Solved(NamedTuple):
     problems: dict[int, str]
 
 
-class Bodies(Protocol):
+class BodySolver(Protocol):
     """What the service needs of the solver."""
 
     users: int
@@ -39,13 +39,13 @@ class Bodies(Protocol):
     def reset(self, rows: np.ndarray) -> None:
         """Begin again with the T-pose of the users in ``rows`` (n,)."""
 
-    def step(self, rows: np.ndarray, trackers: TrackerPoses) -> Solved:
+    def step(self, rows: np.ndarray, trackers: TrackerPoses) -> SolvedFrames:
         """Return the bodies of one frame of the users in ``rows`` (n,), whose trackers are at (n, 4, ...)."""
         ...
 
 
 @dataclass
-class Seen:
+class UserView:
     """The last frame of a user, as it is shown to people.
 
     Attributes:
@@ -56,7 +56,7 @@ class Seen:
         contacts: Of the left and the right toes, shape (2,).
         scale: Size against the standard skeleton.
         fps: Frames a second that come.
-        milliseconds: From the frame's arrival to its answer.
+        latency_ms: From the frame's arrival to its answer.
     """
 
     name: str
@@ -66,4 +66,4 @@ class Seen:
     contacts: np.ndarray
     scale: float
     fps: float
-    milliseconds: float
+    latency_ms: float

@@ -10,25 +10,25 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from datasets.motion.humanoid import BODIES, NAMES
-from datasets.trackers.trackers import RATE
-from eval.live.messages import Seen
-from eval.live.protocol import HOST
+from datasets.motion.humanoid import BODIES, BODY_NAMES
+from datasets.trackers.trackers import TRACKER_RATE_HZ
+from eval.live.messages import UserView
+from eval.live.protocol import DEFAULT_HOST
 
-PATIENCE = 5.0  # s that a browser has to ask
-HEARTBEAT = 1.0  # s after which an event is sent though nobody moved
-VIEWERS = 8
-CONNECTIONS = 64  # at once, browsers that watch included
-MAX_REQUEST = 16 * 1024  # bytes
+REQUEST_TIMEOUT_S = 5.0  # s that a browser has to ask
+HEARTBEAT_INTERVAL_S = 1.0  # s after which an event is sent though nobody moved
+MAX_VIEWERS = 8
+MAX_CONNECTIONS = 64  # at once, browsers that watch included
+MAX_REQUEST_BYTES = 16 * 1024  # bytes
 _REASONS = {200: "OK", 400: "Bad Request", 403: "Forbidden", 404: "Not Found", 405: "Method Not Allowed", 503: "Service Unavailable"}
 
 
 class LivePage:
     """Shows the users' last frames; a browser that is slow misses frames, and nothing waits for it."""
 
-    def __init__(self, seen: Mapping[int, Seen]) -> None:
-        """Show what is ``seen`` of users, by number, which changes while the page is up."""
-        self._seen = seen
+    def __init__(self, views: Mapping[int, UserView]) -> None:
+        """Show what is ``views`` of users, by number, which changes while the page is up."""
+        self._views = views
         self._viewers: dict[asyncio.StreamWriter, float] = {}  # and when they last had read everything, on the loop's clock
         self._open = 0
         self._news = asyncio.Event()
@@ -36,13 +36,13 @@ class LivePage:
         self._task: asyncio.Task[None] | None = None
         self._hosts: set[str] = set()
         self._nonce = secrets.token_urlsafe(16)
-        self._page = render(self._nonce).encode()
+        self._page = render_live_page(self._nonce).encode()
 
     async def start(self, port: int) -> int:
         """Listen on this machine alone; return the port."""
-        self._server = await asyncio.start_server(self._serve, HOST, port, limit=MAX_REQUEST)
+        self._server = await asyncio.start_server(self._serve, DEFAULT_HOST, port, limit=MAX_REQUEST_BYTES)
         port = self._server.sockets[0].getsockname()[1]
-        self._hosts = {f"{name}:{port}" for name in (HOST, "localhost")}
+        self._hosts = {f"{name}:{port}" for name in (DEFAULT_HOST, "localhost")}
         self._task = asyncio.get_running_loop().create_task(self._send_events())
         return port
 
@@ -55,7 +55,7 @@ class LivePage:
         for writer in list(self._viewers):
             writer.transport.abort()
 
-    def show(self) -> None:
+    def notify(self) -> None:
         """Know that somebody moved."""
         self._news.set()
 
@@ -71,9 +71,9 @@ class LivePage:
                 "contacts": seen.contacts.tolist(),
                 "scale": seen.scale,
                 "fps": seen.fps,
-                "ms": round(seen.milliseconds, 2),
+                "ms": round(seen.latency_ms, 2),
             }
-            for user, seen in self._seen.items()
+            for user, seen in self._views.items()
         ]
         return f"data: {json.dumps({'users': users}, separators=(',', ':'))}\n\n".encode()
 
@@ -81,7 +81,7 @@ class LivePage:
         """Tell every browser that keeps up, at most once in a frame's time."""
         while True:
             with suppress(TimeoutError):
-                await asyncio.wait_for(self._news.wait(), HEARTBEAT)
+                await asyncio.wait_for(self._news.wait(), HEARTBEAT_INTERVAL_S)
             self._news.clear()
             if self._viewers:
                 event = self.event()
@@ -90,23 +90,23 @@ class LivePage:
                     if not writer.transport.get_write_buffer_size():
                         self._viewers[writer] = now
                         writer.write(event)
-                    elif now - kept_up > PATIENCE:
+                    elif now - kept_up > REQUEST_TIMEOUT_S:
                         writer.transport.abort()
-            await asyncio.sleep(1.0 / RATE)
+            await asyncio.sleep(1.0 / TRACKER_RATE_HZ)
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Answer one request."""
         self._open += 1
         try:
-            if self._open > CONNECTIONS:
+            if self._open > MAX_CONNECTIONS:
                 return
-            head = await asyncio.wait_for(reader.readuntil(b"\r\n\r\n"), PATIENCE)
+            head = await asyncio.wait_for(reader.readuntil(b"\r\n\r\n"), REQUEST_TIMEOUT_S)
             status = self._status(head)
             if status == 200 and _path(head) == "/events":
                 await self._stream(reader, writer)
             else:
                 writer.write(self._response(status))
-                await asyncio.wait_for(writer.drain(), PATIENCE)
+                await asyncio.wait_for(writer.drain(), REQUEST_TIMEOUT_S)
         except (OSError, TimeoutError, asyncio.IncompleteReadError, asyncio.LimitOverrunError):
             pass
         finally:
@@ -134,7 +134,7 @@ class LivePage:
             return 403
         if words[0] != "GET":
             return 405
-        if words[1] == "/events" and len(self._viewers) >= VIEWERS:
+        if words[1] == "/events" and len(self._viewers) >= MAX_VIEWERS:
             return 503
         return 200 if words[1] in ("/", "/events") else 404
 
@@ -146,13 +146,13 @@ class LivePage:
         return _head(200, "text/html; charset=utf-8", f"Content-Security-Policy: {policy}; frame-ancestors 'none'") + self._page
 
 
-def render(nonce: str) -> str:
+def render_live_page(nonce: str) -> str:
     """Return the page as HTML, whose script and style alone may run."""
     environment = Environment(loader=FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=StrictUndefined)
     bodies = [
         {
             "name": body.name,
-            "parent": NAMES.index(body.parent) if body.parent else -1,
+            "parent": BODY_NAMES.index(body.parent) if body.parent else -1,
             "offset": body.offset,
             "points": body.shape.points,
             "radius": body.shape.radius,

@@ -7,32 +7,32 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from configs.errors import InputError
-from datasets.motion.humanoid import NAMES, SKELETON
-from datasets.trackers.trackers import RATE, TRACKERS, TrackerPoses
+from datasets.motion.humanoid import BODY_NAMES, SKELETON
+from datasets.trackers.trackers import TRACKER_NAMES, TRACKER_RATE_HZ, TrackerPoses
 
-VERSION = 1
-HOST, PORT = "127.0.0.1", 4545  # where the service is unless told otherwise: on this machine alone
-MAX_LINE = 64 * 1024  # bytes
-MAX_NAME = 40  # characters
-MAX_POSITION = 100.0  # m; who is further off measures in another unit
-MAX_FRAME = 2**53  # what every JSON reader holds exactly
-UNIT_TOLERANCE = 0.1  # how far a quaternion's length may be from one: rounding, not another meaning
+PROTOCOL_VERSION = 1
+DEFAULT_HOST, DEFAULT_PORT = "127.0.0.1", 4545  # where the service is unless told otherwise: on this machine alone
+MAX_LINE_BYTES = 64 * 1024  # bytes
+MAX_NAME_LENGTH = 40  # characters
+MAX_POSITION_M = 100.0  # m; who is further off measures in another unit
+MAX_FRAME_NUMBER = 2**53  # what every JSON reader holds exactly
+QUATERNION_NORM_TOLERANCE = 0.1  # how far a quaternion's length may be from one: rounding, not another meaning
 _FORWARD_LEFT_UP = {  # of each axis system: forward, left and up in its coordinates
     "z-up": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
     "openxr": ((0, 0, -1), (-1, 0, 0), (0, 1, 0)),
     "unity": ((0, 0, 1), (-1, 0, 0), (0, 1, 0)),
 }
-AXES: tuple[str, ...] = tuple(_FORWARD_LEFT_UP)
+AXIS_SYSTEMS: tuple[str, ...] = tuple(_FORWARD_LEFT_UP)
 
 
-class Frame(NamedTuple):
+class TrackerFrame(NamedTuple):
     """One frame of one client: its number, and where its trackers are, in our axes."""
 
     number: int
     trackers: TrackerPoses
 
 
-class Calibrate(NamedTuple):
+class CalibrationRequest(NamedTuple):
     """A client's wish to begin again with the T-pose."""
 
 
@@ -63,11 +63,11 @@ class Codec:
     def welcome(self, user: int) -> bytes:
         """Return the server's first line."""
         offsets = np.asarray(SKELETON.offsets) @ self.vectors
-        hello = {"lobstr": VERSION, "fps": RATE, "axes": self.axes, "user": user, "trackers": TRACKERS}
-        skeleton = {"bodies": NAMES, "parents": SKELETON.parents, "offsets": np.round(offsets, 6).tolist()}
+        hello = {"lobstr": PROTOCOL_VERSION, "fps": TRACKER_RATE_HZ, "axes": self.axes, "user": user, "trackers": TRACKER_NAMES}
+        skeleton = {"bodies": BODY_NAMES, "parents": SKELETON.parents, "offsets": np.round(offsets, 6).tolist()}
         return _line({**hello, **skeleton})
 
-    def read(self, line: bytes) -> Frame | Calibrate:
+    def read(self, line: bytes) -> TrackerFrame | CalibrationRequest:
         """Return what a line after the hello says.
 
         Raises:
@@ -77,22 +77,22 @@ class Codec:
         if "calibrate" in message:
             if message["calibrate"] is not True or len(message) > 1:
                 raise InputError('a line with "calibrate" should be {"calibrate": true}')
-            return Calibrate()
-        _check_keys(message, ("frame", *TRACKERS))
+            return CalibrationRequest()
+        _check_keys(message, ("frame", *TRACKER_NAMES))
         number = message["frame"]
-        if type(number) is not int or not 0 <= number <= MAX_FRAME:
+        if type(number) is not int or not 0 <= number <= MAX_FRAME_NUMBER:
             raise InputError(f'"frame" is {_short(number)}, should be a whole number from 0 to 2^53')
-        return Frame(number, self._trackers(message))
+        return TrackerFrame(number, self._trackers(message))
 
     def frame(self, number: int, trackers: TrackerPoses) -> bytes:
         """Return the line of a frame, as a client writes it: the inverse of ``read``."""
         poses = np.concat([trackers.positions @ self.vectors, trackers.rotations @ self.quaternions], axis=-1).round(6).tolist()
-        return _line({"frame": number, **dict(zip(TRACKERS, poses, strict=True))})
+        return _line({"frame": number, **dict(zip(TRACKER_NAMES, poses, strict=True))})
 
     def _trackers(self, message: dict[str, Any]) -> TrackerPoses:
         """Return the checked trackers of a frame in our axes."""
-        rows = [message[name] for name in TRACKERS]
-        for name, row in zip(TRACKERS, rows, strict=True):
+        rows = [message[name] for name in TRACKER_NAMES]
+        for name, row in zip(TRACKER_NAMES, rows, strict=True):
             if type(row) is not list or len(row) != 7 or not all(type(value) in (float, int) for value in row):
                 raise InputError(f'"{name}" should be seven numbers, x y z [m] and w x y z of a quaternion, is {_short(row)}')
         try:
@@ -101,7 +101,9 @@ class Codec:
             poses = np.full((4, 7), np.inf)
         with np.errstate(over="ignore"):
             lengths = np.sqrt((poses[:, 3:] ** 2).sum(axis=1))
-        good = (np.abs(poses[:, :3]) <= MAX_POSITION).all(axis=1) & (np.abs(lengths - 1.0) <= UNIT_TOLERANCE)  # false for NaN as well
+        good = (np.abs(poses[:, :3]) <= MAX_POSITION_M).all(axis=1) & (
+            np.abs(lengths - 1.0) <= QUATERNION_NORM_TOLERANCE
+        )  # false for NaN as well
         if not good.all():
             raise InputError(_what_is_wrong(poses, lengths, int(np.argmin(good))))
         return TrackerPoses(poses[:, :3] @ self.vectors.T, poses[:, 3:] / lengths[:, None] @ self.quaternions.T)
@@ -145,14 +147,14 @@ def read_hello(line: bytes) -> Codec:
         raise InputError(f"{error}; the first line should be {_hello_example()}") from error
     if "lobstr" not in message:
         raise InputError(f"the first line should be {_hello_example()}")
-    if message["lobstr"] is True or message["lobstr"] != VERSION:
-        raise InputError(f'"lobstr" is {_short(message["lobstr"])}, should be {VERSION}: no other version is spoken here')
+    if message["lobstr"] is True or message["lobstr"] != PROTOCOL_VERSION:
+        raise InputError(f'"lobstr" is {_short(message["lobstr"])}, should be {PROTOCOL_VERSION}: no other version is spoken here')
     _check_keys(message, ("lobstr", "axes"), ("name",))
     axes, name = message["axes"], message.get("name", "")
-    if axes not in AXES:
-        raise InputError(f'"axes" is {_short(axes)}, should be one of {", ".join(AXES)}')
-    if type(name) is not str or len(name) > MAX_NAME or not (name.isprintable()):
-        raise InputError(f'"name" is {_short(name)}, should be at most {MAX_NAME} printable characters')
+    if axes not in AXIS_SYSTEMS:
+        raise InputError(f'"axes" is {_short(axes)}, should be one of {", ".join(AXIS_SYSTEMS)}')
+    if type(name) is not str or len(name) > MAX_NAME_LENGTH or not (name.isprintable()):
+        raise InputError(f'"name" is {_short(name)}, should be at most {MAX_NAME_LENGTH} printable characters')
     return Codec.of(axes, name)
 
 
@@ -205,11 +207,11 @@ def _check_keys(message: dict[str, Any], needed: tuple[str, ...], allowed: tuple
 
 def _what_is_wrong(poses: np.ndarray, lengths: np.ndarray, row: int) -> str:
     """Return what is wrong with the pose of one tracker."""
-    name, position = TRACKERS[row], poses[row, :3]
+    name, position = TRACKER_NAMES[row], poses[row, :3]
     if not np.isfinite(poses[row]).all():
         return f'"{name}" holds a number that is not finite'
-    if not (np.abs(position) <= MAX_POSITION).all():
-        return f'"{name}" is at {", ".join(f"{x:.6g}" for x in position)}, should be within {MAX_POSITION:g} m of the origin; metres?'
+    if not (np.abs(position) <= MAX_POSITION_M).all():
+        return f'"{name}" is at {", ".join(f"{x:.6g}" for x in position)}, should be within {MAX_POSITION_M:g} m of the origin; metres?'
     return f'the quaternion of "{name}" has length {lengths[row]:.3g}, should have 1'
 
 
@@ -223,4 +225,4 @@ def _short(value: Any) -> str:
 
 
 def _hello_example() -> str:
-    return json.dumps({"lobstr": VERSION, "axes": "|".join(AXES)})
+    return json.dumps({"lobstr": PROTOCOL_VERSION, "axes": "|".join(AXIS_SYSTEMS)})

@@ -15,23 +15,23 @@ from typing import BinaryIO
 
 import numpy as np
 
-from configs.command import exit_code_of
+from configs.command import run_command
 from configs.errors import InputError
-from configs.source_code import ROOT
+from configs.source_code import PROJECT_ROOT
 from datasets.formats.bvh import write_bvh
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_COUNT
-from datasets.retarget.humanoid_bvh import bvh_of
-from datasets.trackers.trackers import RATE
+from datasets.retarget.humanoid_bvh import to_humanoid_bvh
+from datasets.trackers.trackers import TRACKER_RATE_HZ
 
-MINUTES = 30.0  # of a file; what lasts longer goes on in another one
-SPOOL = ".frames"
-_ROW = 4 + 4 * BODY_COUNT  # scale, root, rotations
+MAX_RECORDING_MIN = 30.0  # of a file; what lasts longer goes on in another one
+SPOOL_SUFFIX = ".frames"
+_VALUES_PER_FRAME = 4 + 4 * BODY_COUNT  # scale, root, rotations
 _DIGITS = 6  # of centimetres and degrees in the file
 
 
 @dataclass
-class Take:
+class Recording:
     """A recording that goes on: its file of numbers, the BVH it will be, and its frames so far."""
 
     file: BinaryIO
@@ -43,14 +43,14 @@ class Take:
 class Recorder:
     """Keeps the live frames of all users, each stretch between two calibrations as a take of its own."""
 
-    def __init__(self, folder: Path, tell: Callable[[str], None], minutes: float = MINUTES) -> None:
+    def __init__(self, folder: Path, log: Callable[[str], None], minutes: float = MAX_RECORDING_MIN) -> None:
         """Keep takes of at most so many minutes in a folder.
 
         Raises:
             InputError: If it cannot be made or written to.
         """
-        self._folder, self._tell, self._longest = folder.absolute(), tell, max(1, round(minutes * 60 * RATE))
-        self._takes: dict[int, Take] = {}
+        self._folder, self._log, self._max_frames = folder.absolute(), log, max(1, round(minutes * 60 * TRACKER_RATE_HZ))
+        self._recordings: dict[int, Recording] = {}
         self._failed: set[int] = set()  # users whose take could not be written: told once
         self._saving: set[asyncio.Task[None]] = set()
         self._turn = asyncio.Semaphore(1)  # takes are saved one after the other: the users who are left need the machine
@@ -66,43 +66,43 @@ class Recorder:
         if user in self._failed:
             return
         try:
-            take = self._takes.get(user) or self._begin(user)
-            take.file.write(np.concat([[scale], root, rotations.reshape(-1)], dtype=np.float32).tobytes())
+            recording = self._recordings.get(user) or self._begin(user)
+            recording.file.write(np.concat([[scale], root, rotations.reshape(-1)], dtype=np.float32).tobytes())
         except OSError as error:
             self._failed.add(user)
-            self._tell(f"recording of user {user} stops: {error.strerror}")
+            self._log(f"recording of user {user} stops: {error.strerror}")
             self.close(user)
             return
-        take.frames += 1
-        if take.frames >= self._longest:
+        recording.frames += 1
+        if recording.frames >= self._max_frames:
             self.close(user)
 
     def close(self, user: int) -> None:
         """End a user's take, if there is one, and begin to save it."""
-        take = self._takes.pop(user, None)
-        if take is None:
+        recording = self._recordings.pop(user, None)
+        if recording is None:
             return
         try:
-            take.file.close()
+            recording.file.close()
         except OSError as error:
-            self._tell(f"the end of {take.target} is lost: {error.strerror}")
-        task = asyncio.get_running_loop().create_task(self._save(take))
+            self._log(f"the end of {recording.target} is lost: {error.strerror}")
+        task = asyncio.get_running_loop().create_task(self._save(recording))
         self._saving.add(task)
         task.add_done_callback(self._saving.discard)
 
     async def finish(self) -> None:
         """End all takes and wait until they are saved."""
-        for user in list(self._takes):
+        for user in list(self._recordings):
             self.close(user)
         while self._saving:
             await asyncio.gather(*self._saving)
 
-    def _begin(self, user: int) -> Take:
+    def _begin(self, user: int) -> Recording:
         """Open a take under a name that nobody has."""
         stem = f"{time.strftime('%Y%m%d-%H%M%S')}_user{user}"
         for attempt in range(1, 1000):
             name = stem if attempt == 1 else f"{stem}_{attempt}"
-            spool, target = self._folder / f".{name}{SPOOL}", self._folder / f"{name}.bvh"
+            spool, target = self._folder / f".{name}{SPOOL_SUFFIX}", self._folder / f"{name}.bvh"
             try:
                 file = spool.open("xb")
             except FileExistsError:
@@ -111,27 +111,29 @@ class Recorder:
                 file.close()
                 spool.unlink()
                 continue
-            self._takes[user] = Take(file, spool, target)
-            return self._takes[user]
+            self._recordings[user] = Recording(file, spool, target)
+            return self._recordings[user]
         raise FileExistsError(0, f"{stem} is taken a thousand times")
 
-    async def _save(self, take: Take) -> None:
+    async def _save(self, recording: Recording) -> None:
         """Turn a take into its BVH in a process that Ctrl-C at the terminal does not reach."""
-        command = [sys.executable, "-m", "eval.live.recorder", str(take.spool)]
+        command = [sys.executable, "-m", "eval.live.recorder", str(recording.spool)]
         async with self._turn:
             try:
-                process = await asyncio.create_subprocess_exec(*command, stderr=asyncio.subprocess.PIPE, start_new_session=True, cwd=ROOT)
+                process = await asyncio.create_subprocess_exec(
+                    *command, stderr=asyncio.subprocess.PIPE, start_new_session=True, cwd=PROJECT_ROOT
+                )
                 _, said = await process.communicate()
                 reason = said.decode(errors="replace").strip().rpartition("\n")[2] if process.returncode else ""
             except OSError as error:
                 reason = str(error.strerror)
         if reason:
-            self._tell(f"{take.target} could not be saved ({reason}); it is still in {take.spool}: python -m eval.live.recorder")
+            self._log(f"{recording.target} could not be saved ({reason}); it is still in {recording.spool}: python -m eval.live.recorder")
         else:
-            self._tell(f"saved {take.target}: {take.frames / RATE:.1f} s")
+            self._log(f"saved {recording.target}: {recording.frames / TRACKER_RATE_HZ:.1f} s")
 
 
-def save_take(spool: Path) -> Path:
+def save_recording(spool: Path) -> Path:
     """Turn a file of numbers into the BVH beside it, at the user's own size, and remove it.
 
     Returns:
@@ -140,18 +142,20 @@ def save_take(spool: Path) -> Path:
     Raises:
         InputError: If there is no such take, or the BVH is there already or cannot be written.
     """
-    target = spool.with_name(spool.name.removeprefix(".").removesuffix(SPOOL) + ".bvh")
-    if spool.suffix != SPOOL or not spool.is_file():
-        raise InputError(f"{spool}: no take; one is a hidden file whose name ends with {SPOOL}")
+    target = spool.with_name(spool.name.removeprefix(".").removesuffix(SPOOL_SUFFIX) + ".bvh")
+    if spool.suffix != SPOOL_SUFFIX or not spool.is_file():
+        raise InputError(f"{spool}: no take; one is a hidden file whose name ends with {SPOOL_SUFFIX}")
     if target.exists():
         raise InputError(f"{target} is there already; move it away")
     numbers = np.fromfile(spool, dtype=np.float32)
-    rows = numbers[: len(numbers) // _ROW * _ROW].reshape(-1, _ROW).astype(float)  # a crash may have cut the last one
+    rows = (
+        numbers[: len(numbers) // _VALUES_PER_FRAME * _VALUES_PER_FRAME].reshape(-1, _VALUES_PER_FRAME).astype(float)
+    )  # a crash may have cut the last one
     if not len(rows):
         raise InputError(f"{spool}: holds no frame; remove it")
     scale = float(rows[0, 0])
-    clip = BodyMotion(rows[:, 1:4] / scale, rows[:, 4:].reshape(-1, BODY_COUNT, 4), RATE, target.stem)
-    bvh = bvh_of(clip)
+    clip = BodyMotion(rows[:, 1:4] / scale, rows[:, 4:].reshape(-1, BODY_COUNT, 4), TRACKER_RATE_HZ, target.stem)
+    bvh = to_humanoid_bvh(clip)
     values = bvh.values.copy()
     values[:, :3] *= scale
     sites = tuple(tuple((x * scale, y * scale, z * scale) for x, y, z in ends) for ends in bvh.end_sites)
@@ -163,14 +167,14 @@ def save_take(spool: Path) -> Path:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; return the exit code."""
     parser = argparse.ArgumentParser(prog="python -m eval.live.recorder", description="Save takes that a crash left behind as BVH.")
-    parser.add_argument("takes", nargs="+", type=Path, metavar="FILE", help=f"a hidden file of a recording folder, named .*{SPOOL}")
+    parser.add_argument("takes", nargs="+", type=Path, metavar="FILE", help=f"a hidden file of a recording folder, named .*{SPOOL_SUFFIX}")
     options = parser.parse_args(arguments)
 
     def save() -> None:
         for take in options.takes:
-            save_take(take)
+            save_recording(take)
 
-    return exit_code_of(save)
+    return run_command(save)
 
 
 if __name__ == "__main__":

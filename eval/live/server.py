@@ -9,16 +9,16 @@ from time import perf_counter
 import numpy as np
 
 from configs.errors import InputError
-from datasets.trackers.trackers import RATE, TrackerPoses
-from eval.live.messages import LIVE, STATES, Bodies, Seen
-from eval.live.rate_limit import Limits
+from datasets.trackers.trackers import TRACKER_RATE_HZ, TrackerPoses
+from eval.live.messages import LIVE, STATES, BodySolver, UserView
+from eval.live.rate_limit import ClientLimits
 from eval.live.recorder import Recorder
-from eval.live.session import LEFT, Arrived, Session
+from eval.live.session import LEFT_REASON, Session, TimedFrame
 
-GATHER = 0.004  # s that a frame may wait for those of other users, since a batch costs little more than one frame
-RECENT = 3.0 / RATE  # s after which a user who sends nothing is not waited for
-SECONDS_KEPT = 600  # of latencies at one user's rate
-STRANGERS = 32  # connections that have not said hello
+BATCH_WAIT_S = 0.004  # s that a frame may wait for those of other users, since a batch costs little more than one frame
+ACTIVE_WINDOW_S = 3.0 / TRACKER_RATE_HZ  # s after which a user who sends nothing is not waited for
+LATENCY_HISTORY_S = 600  # of latencies at one user's rate
+MAX_UNIDENTIFIED_CONNECTIONS = 32  # connections that have not said hello
 
 
 @dataclass
@@ -26,28 +26,28 @@ class LiveServer:
     """Sessions, the solver, and whoever looks on.
 
     Attributes:
-        bodies: The solver; it has a place for each user that may be there at once.
+        solver: The solver; it has a place for each user that may be there at once.
         recorder: Where live frames are kept; None if nowhere.
-        tell: Told a line for people.
+        log: Told a line for people.
         after_batch: Called after each batch.
         limits: What a client may do.
-        seen: The last frame of each user, by number.
+        views: The last frame of each user, by number.
         latencies: Milliseconds of the last frames.
         answered: Frames so far.
     """
 
-    bodies: Bodies
+    solver: BodySolver
     recorder: Recorder | None = None
-    tell: Callable[[str], None] = print
+    log: Callable[[str], None] = print
     after_batch: Callable[[], None] = lambda: None
-    limits: Limits = field(default_factory=Limits)
-    seen: dict[int, Seen] = field(default_factory=dict)
-    latencies: deque[float] = field(default_factory=lambda: deque(maxlen=round(SECONDS_KEPT * RATE)))
+    limits: ClientLimits = field(default_factory=ClientLimits)
+    views: dict[int, UserView] = field(default_factory=dict)
+    latencies: deque[float] = field(default_factory=lambda: deque(maxlen=round(LATENCY_HISTORY_S * TRACKER_RATE_HZ)))
     answered: int = 0
 
     def __post_init__(self) -> None:
         """Have all places free."""
-        self._free = list(range(self.bodies.users))[::-1]
+        self._free_slots = list(range(self.solver.users))[::-1]
         self._sessions: set[Session] = set()
         self._waiting: set[Session] = set()
         self._timer: asyncio.Handle | None = None
@@ -56,14 +56,14 @@ class LiveServer:
         self._users = 0
 
     @property
-    def crowded(self) -> bool:
+    def is_crowded(self) -> bool:
         """Whether too many connections have not said who they are."""
-        return len(self._sessions) - self.users > STRANGERS
+        return len(self._sessions) - self.users > MAX_UNIDENTIFIED_CONNECTIONS
 
     @property
     def users(self) -> int:
         """How many users are there."""
-        return self.bodies.users - len(self._free)
+        return self.solver.users - len(self._free_slots)
 
     async def start(self, host: str, port: int) -> int:
         """Listen; return the port."""
@@ -87,43 +87,43 @@ class LiveServer:
 
     def enter(self, session: Session) -> None:
         """Give a place to a client that has said hello."""
-        if not self._free:
-            raise InputError(f"all {self.bodies.users} places are taken; come back later, or start the service with more --users")
+        if not self._free_slots:
+            raise InputError(f"all {self.solver.users} places are taken; come back later, or start the service with more --users")
         self._users += 1
-        session.user, session.row = self._users, self._free.pop()
-        self.bodies.reset(np.array([session.row]))
+        session.user, session.slot = self._users, self._free_slots.pop()
+        self.solver.reset(np.array([session.slot]))
         self.note(session, "came")
 
     def leave(self, session: Session, reason: str) -> None:
         """Free the place of a client that is gone."""
         self._sessions.discard(session)
         self._waiting.discard(session)
-        self.seen.pop(session.user, None)
-        if session.row >= 0:
-            self._free.append(session.row)
+        self.views.pop(session.user, None)
+        if session.slot >= 0:
+            self._free_slots.append(session.slot)
             self._close_recording(session)
-        if session.row >= 0 or reason != LEFT:
+        if session.slot >= 0 or reason != LEFT_REASON:
             self.note(session, reason)
 
     def arrived(self, session: Session) -> None:
         """Solve soon: at once if nobody else is expected."""
         self._waiting.add(session)
         now = perf_counter()
-        expected = sum(one.row >= 0 and now - one.last_line < RECENT for one in self._sessions)
+        expected = sum(one.slot >= 0 and now - one.last_line < ACTIVE_WINDOW_S for one in self._sessions)
         if len(self._waiting) >= expected:
             self._solve_after(0.0)
         elif self._timer is None:
-            self._solve_after(GATHER)
+            self._solve_after(BATCH_WAIT_S)
 
     def calibrate(self, session: Session) -> None:
         """Begin a user's calibration again; what follows is another recording."""
-        self.bodies.reset(np.array([session.row]))
+        self.solver.reset(np.array([session.slot]))
         self._close_recording(session)
         self.note(session, "calibrates again")
 
     def note(self, session: Session, text: str) -> None:
         """Tell the people at the terminal."""
-        self.tell(f"{session.name}: {text}")
+        self.log(f"{session.name}: {text}")
 
     def _connect(self) -> Session:
         """Return what talks to a new client."""
@@ -152,30 +152,32 @@ class LiveServer:
         if self._waiting:
             self._solve_after(0.0)
 
-    def _answer(self, taken: list[tuple[Session, Arrived]]) -> None:
+    def _answer(self, taken: list[tuple[Session, TimedFrame]]) -> None:
         """Answer a frame of each of some users."""
         batch, frames = zip(*taken, strict=True)
         trackers = TrackerPoses(*(np.stack([frame.trackers[part] for frame in frames]) for part in range(2)))
-        solved = self.bodies.step(np.array([session.row for session in batch]), trackers)
+        solved = self.solver.step(np.array([session.row for session in batch]), trackers)
         numbers = np.concat([solved.root_position, solved.local_rotations.reshape(len(frames), -1)], axis=1)
         lost = np.flatnonzero(~np.isfinite(numbers.sum(axis=1)))
         states, scales = solved.states.tolist(), solved.scales.tolist()
-        for place, (session, frame) in enumerate(taken):
-            if place in lost:
-                self.bodies.reset(np.array([session.row]))
+        for index, (session, frame) in enumerate(taken):
+            if index in lost:
+                self.solver.reset(np.array([session.slot]))
                 session.tell_problem(f"no body could be found for frame {frame.number}")
                 continue
-            pose = solved.root_position[place], solved.local_rotations[place], solved.contacts[place]
+            pose = solved.root_position[index], solved.local_rotations[index], solved.contacts[index]
             milliseconds = 1e3 * (perf_counter() - frame.time)
             assert session.codec
-            line = session.codec.answer(frame.number, STATES[states[place]], *pose, scales[place], milliseconds)
+            line = session.codec.answer(frame.number, STATES[states[index]], *pose, scales[index], milliseconds)
             self.latencies.append(milliseconds)
             self.answered += 1
-            self.seen[session.user] = Seen(session.name, STATES[states[place]], *pose, scales[place], session.pace.fps, milliseconds)
-            if states[place] == LIVE and self.recorder:
-                self.recorder.record(session.user, *pose[:2], scales[place])
-            if place in solved.problems:
-                session.tell_problem(solved.problems[place])
+            self.views[session.user] = UserView(
+                session.name, STATES[states[index]], *pose, scales[index], session.rate_limit.fps, milliseconds
+            )
+            if states[index] == LIVE and self.recorder:
+                self.recorder.record(session.user, *pose[:2], scales[index])
+            if index in solved.problems:
+                session.tell_problem(solved.problems[index])
             session.answer(line)  # the last, as the client may be gone after it
 
     def _close_recording(self, session: Session) -> None:
@@ -185,7 +187,7 @@ class LiveServer:
     async def _watch_idle(self) -> None:
         """Send away who is silent."""
         while True:
-            await asyncio.sleep(min(1.0, self.limits.idle / 4))
+            await asyncio.sleep(min(1.0, self.limits.max_idle_s / 4))
             now = perf_counter()
             for session in list(self._sessions):
                 session.check_idle(now)

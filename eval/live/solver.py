@@ -5,18 +5,18 @@ import numpy as np
 from agents.lobstr.model import LobstrModel
 from agents.lobstr.stream import LowerBodyStream
 from configs.errors import InputError
-from datasets.cleanup.live_foot_lock import ContactHold
+from datasets.cleanup.live_foot_lock import LiveFootLock
 from datasets.motion.humanoid import BODY_COUNT
-from datasets.trackers.calibration import calibrate, joint_poses, uncalibrated
+from datasets.trackers.calibration import calibrate_trackers, calibrated_joint_poses, identity_calibration
 from datasets.trackers.lower_body import with_legs
-from datasets.trackers.trackers import PELVIS, RATE, TRACKERS, TrackerPoses
+from datasets.trackers.trackers import PELVIS_TRACKER, TRACKER_NAMES, TRACKER_RATE_HZ, TrackerPoses
 from datasets.trackers.upper_body_ik import upper_body_pose
-from eval.live.messages import CALIBRATING, LIVE, WARMING_UP, Solved
+from eval.live.messages import CALIBRATING, LIVE, WARMING_UP, SolvedFrames
 
-CALIBRATION_FRAMES = round(RATE)  # one second of T-pose
+CALIBRATION_FRAMES = round(TRACKER_RATE_HZ)  # one second of T-pose
 
 
-class LiveBodies:
+class LiveBodySolver:
     """Places for a number of users, each with a state of its own.
 
     A user stands in a T-pose for a second, of which the tracker offsets and the size are read, warms the network up for a second, and
@@ -25,13 +25,13 @@ class LiveBodies:
 
     def __init__(self, model: LobstrModel, users: int) -> None:
         """Make empty places."""
-        trackers = len(TRACKERS)
+        trackers = len(TRACKER_NAMES)
         self.users = users
         self._stream = LowerBodyStream(model, users)
-        self._hold = ContactHold(users)
+        self._hold = LiveFootLock(users)
         self._frames = np.zeros(users, dtype=int)  # of the T-pose so far
         self._t_poses = TrackerPoses(np.zeros((users, CALIBRATION_FRAMES, trackers, 3)), np.zeros((users, CALIBRATION_FRAMES, trackers, 4)))
-        self._calibration = uncalibrated(users)
+        self._calibration = identity_calibration(users)
 
     def reset(self, rows: np.ndarray) -> None:
         """Begin again with the T-pose of the users in ``rows`` (n,)."""
@@ -39,7 +39,7 @@ class LiveBodies:
         self._stream.reset(rows)
         self._hold.reset(rows)
 
-    def step(self, rows: np.ndarray, trackers: TrackerPoses) -> Solved:
+    def step(self, rows: np.ndarray, trackers: TrackerPoses) -> SolvedFrames:
         """Return the bodies of one frame of some users.
 
         Args:
@@ -55,10 +55,10 @@ class LiveBodies:
             found = self._solve(rows[here], TrackerPoses(trackers.positions[here], trackers.rotations[here]))
             for whole, part in zip(solved[:5], found[:5], strict=True):
                 whole[here] = part
-        for place in np.flatnonzero(~calibrated).tolist():
-            problem = self._calibrate(int(rows[place]), TrackerPoses(trackers.positions[place], trackers.rotations[place]))
+        for index in np.flatnonzero(~calibrated).tolist():
+            problem = self._calibrate(int(rows[index]), TrackerPoses(trackers.positions[index], trackers.rotations[index]))
             if problem:
-                solved.problems[place] = problem
+                solved.problems[index] = problem
         return solved
 
     def _calibrate(self, row: int, trackers: TrackerPoses) -> str:
@@ -69,17 +69,17 @@ class LiveBodies:
         if self._frames[row] < CALIBRATION_FRAMES:
             return ""
         try:
-            self._calibration.put(row, calibrate(TrackerPoses(self._t_poses.positions[row], self._t_poses.rotations[row])))
+            self._calibration.put(row, calibrate_trackers(TrackerPoses(self._t_poses.positions[row], self._t_poses.rotations[row])))
         except InputError as error:
             self.reset(np.array([row]))
             return str(error)
         return ""
 
-    def _solve(self, rows: np.ndarray, trackers: TrackerPoses) -> Solved:
+    def _solve(self, rows: np.ndarray, trackers: TrackerPoses) -> SolvedFrames:
         """Return the bodies of users whose trackers are calibrated."""
         calibration = self._calibration.rows(rows)
-        joints = joint_poses(calibration, trackers)
-        rotations, root = upper_body_pose(joints), joints.positions[:, PELVIS]
+        joints = calibrated_joint_poses(calibration, trackers)
+        rotations, root = upper_body_pose(joints), joints.positions[:, PELVIS_TRACKER]
         legs, contacts, warm = self._stream.push(rows, joints)
         contacts &= warm[:, None]
         if warm.all():
@@ -87,13 +87,13 @@ class LiveBodies:
         elif warm.any():
             posed = with_legs(rotations[warm], legs[warm])
             rotations[warm] = self._hold.step(rows[warm], root[warm], posed, contacts[warm])
-        return Solved(root * calibration.scale[:, None], rotations, contacts, np.where(warm, LIVE, WARMING_UP), calibration.scale, {})
+        return SolvedFrames(root * calibration.scale[:, None], rotations, contacts, np.where(warm, LIVE, WARMING_UP), calibration.scale, {})
 
 
-def _t_pose(trackers: TrackerPoses) -> Solved:
+def _t_pose(trackers: TrackerPoses) -> SolvedFrames:
     """Return users in the T-pose that they are asked for, where their pelvis is."""
     users = len(trackers.positions)
     rotations = np.zeros((users, BODY_COUNT, 4))
     rotations[..., 0] = 1.0
-    root = trackers.positions[:, PELVIS].copy()
-    return Solved(root, rotations, np.zeros((users, 2), dtype=bool), np.full(users, CALIBRATING), np.ones(users), {})
+    root = trackers.positions[:, PELVIS_TRACKER].copy()
+    return SolvedFrames(root, rotations, np.zeros((users, 2), dtype=bool), np.full(users, CALIBRATING), np.ones(users), {})

@@ -11,8 +11,8 @@ from rich.text import Text
 
 from eval.live.server import LiveServer
 
-SECONDS = 1.0  # between two lines
-RECENT = 450  # frames of which the line tells the latency
+UPDATE_INTERVAL_S = 1.0  # between two lines
+LATENCY_WINDOW_FRAMES = 450  # frames of which the line tells the latency
 
 
 class StatusLine:
@@ -40,16 +40,18 @@ class StatusLine:
     async def _repeat(self) -> None:
         before = self._server.answered
         while True:
-            await asyncio.sleep(SECONDS)
+            await asyncio.sleep(UPDATE_INTERVAL_S)
             now = self._server.answered
-            self._live.update(Text(status(self._server, (now - before) / SECONDS)), refresh=True)
+            self._live.update(Text(status(self._server, (now - before) / UPDATE_INTERVAL_S)), refresh=True)
             before = now
 
 
 def status(server: LiveServer, rate: float) -> str:
     """Return one line about now; ``rate`` in frames a second of all users together."""
     users = f"{server.users} user{'s' * (server.users != 1)}"
-    return f"{users}, {rate:.0f} frames/s{_latency(list(server.latencies)[-RECENT:])}" if server.users else "waiting for users"
+    return (
+        f"{users}, {rate:.0f} frames/s{_latency(list(server.latencies)[-LATENCY_WINDOW_FRAMES:])}" if server.users else "waiting for users"
+    )
 
 
 def summary(server: LiveServer) -> str:

@@ -11,13 +11,13 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import BODIES, FEET, hinge_angles
-from datasets.motion.kinematics import body_poses, centre_of_mass, lowest_points
+from datasets.motion.humanoid import BODIES, FOOT_AND_TOE_BODIES, hinge_angles
+from datasets.motion.kinematics import body_poses, centre_of_mass, lowest_point_heights
 from datasets.motion.rotation import rotate
 from envs.physics.humanoid_mjcf import build_model
 
-CONTACT_HEIGHT = 0.02  # m: a foot whose lowest point is lower is in contact, at any speed (METRICS)
-JITTER_RATE = 60.0  # Hz
+CONTACT_HEIGHT_M = 0.02  # m: a foot whose lowest point is lower is in contact, at any speed (METRICS)
+JITTER_RATE_HZ = 60.0  # Hz
 _ANGLES = np.linspace(0.0, 2.0 * np.pi, 180, endpoint=False)
 _DIRECTIONS = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
 
@@ -31,12 +31,12 @@ class ArtefactTracks:
         foot_height: Of each foot's lowest point [m], shape (T, 2).
         foot_speed: Horizontal, of that point since the frame before [m/s]; 0 in the first frame, shape (T, 2).
         contacts: Which foot should stand: is under 2 cm, in the truth where that is known, shape (T, 2).
-        standing: Which foot is in contact in this and in the frame before, shape (T, 2).
+        sustained_contacts: Which foot is in contact in this and in the frame before, shape (T, 2).
         lowest: Height of the body's lowest point [m], under zero in the ground, shape (T,).
-        flight: Where nothing of the truth is near the ground; nowhere if no truth is known, shape (T,).
-        overlap: Of the two non-adjacent shapes that are deepest in each other [m], shape (T,).
+        is_airborne: Where nothing of the truth is near the ground; nowhere if no truth is known, shape (T,).
+        penetration_depth: Of the two non-adjacent shapes that are deepest in each other [m], shape (T,).
         jerk: Mean over joints of the third difference of position at 60 Hz [m/s^3]; of a clip of N frames there N - 3.
-        overhang: How far the centre of mass projects outside the polygon of the feet in contact [m], under zero inside; not a
+        com_overhang: How far the centre of mass projects outside the polygon of the feet in contact [m], under zero inside; not a
             number where no foot is in contact, shape (T,).
     """
 
@@ -44,15 +44,15 @@ class ArtefactTracks:
     foot_height: np.ndarray
     foot_speed: np.ndarray
     contacts: np.ndarray
-    standing: np.ndarray
+    sustained_contacts: np.ndarray
     lowest: np.ndarray
-    flight: np.ndarray
-    overlap: np.ndarray
+    is_airborne: np.ndarray
+    penetration_depth: np.ndarray
     jerk: np.ndarray
-    overhang: np.ndarray
+    com_overhang: np.ndarray
 
 
-def track_artefacts(motion: BodyMotion, truth: BodyMotion | None = None) -> ArtefactTracks:
+def compute_artefact_tracks(motion: BodyMotion, truth: BodyMotion | None = None) -> ArtefactTracks:
     """Return what goes wrong in each frame of a clip, kinematic or simulated.
 
     Args:
@@ -63,28 +63,28 @@ def track_artefacts(motion: BodyMotion, truth: BodyMotion | None = None) -> Arte
         ValueError: If the clips differ in their number of frames or their rate.
     """
     positions, rotations = body_poses(motion)
-    heights = lowest_points(positions, rotations)
-    contacts, flight = foot_contacts(motion), np.zeros(len(motion), dtype=bool)
+    heights = lowest_point_heights(positions, rotations)
+    contacts, flight = low_feet(motion), np.zeros(len(motion), dtype=bool)
     if truth is not None:
         check_pair(motion, truth)
-        contacts, flight = foot_contacts(truth), lowest_points(*body_poses(truth)).min(axis=1) >= CONTACT_HEIGHT
+        contacts, flight = low_feet(truth), lowest_point_heights(*body_poses(truth)).min(axis=1) >= CONTACT_HEIGHT_M
     return ArtefactTracks(
         fps=motion.fps,
         foot_height=_of_feet(heights),
-        foot_speed=np.concat([np.zeros((1, len(FEET))), sole_speeds(motion)]),
+        foot_speed=np.concat([np.zeros((1, len(FOOT_AND_TOE_BODIES))), sole_speeds(motion)]),
         contacts=contacts,
-        standing=np.concat([np.zeros((1, len(FEET)), dtype=bool), contacts[1:] & contacts[:-1]]),
+        sustained_contacts=np.concat([np.zeros((1, len(FOOT_AND_TOE_BODIES)), dtype=bool), contacts[1:] & contacts[:-1]]),
         lowest=heights.min(axis=1),
-        flight=flight,
-        overlap=overlaps(motion),
+        is_airborne=flight,
+        penetration_depth=self_penetration_depths(motion),
         jerk=_jerk(positions, motion.fps),
-        overhang=_overhang(centre_of_mass(positions, rotations), _foot_points(positions, rotations), contacts),
+        com_overhang=_overhang(centre_of_mass(positions, rotations), _foot_points(positions, rotations), contacts),
     )
 
 
-def foot_contacts(motion: BodyMotion) -> np.ndarray:
+def low_feet(motion: BodyMotion) -> np.ndarray:
     """Return whether the lowest point of each foot is under 2 cm, shape (T, 2)."""
-    return _of_feet(lowest_points(*body_poses(motion))) < CONTACT_HEIGHT
+    return _of_feet(lowest_point_heights(*body_poses(motion))) < CONTACT_HEIGHT_M
 
 
 def sole_speeds(motion: BodyMotion) -> np.ndarray:
@@ -95,7 +95,7 @@ def sole_speeds(motion: BodyMotion) -> np.ndarray:
     return np.linalg.norm(later - earlier, axis=-1) * motion.fps
 
 
-def overlaps(motion: BodyMotion) -> np.ndarray:
+def self_penetration_depths(motion: BodyMotion) -> np.ndarray:
     """Return the deepest overlap of two non-adjacent body shapes in each frame [m], shape (T,).
 
     Source: MuJoCo's collision on the posed body. Shapes that touch in the T-pose are adjacent.
@@ -137,13 +137,13 @@ def check_pair(motion: BodyMotion, other: BodyMotion) -> None:
 
 def _of_feet(heights: np.ndarray) -> np.ndarray:
     """Return the height of each foot's lowest point (T, 2) from those of the 20 bodies (T, 20) [m]."""
-    return np.stack([heights[:, list(side)].min(axis=1) for side in FEET], axis=1)
+    return np.stack([heights[:, list(side)].min(axis=1) for side in FOOT_AND_TOE_BODIES], axis=1)
 
 
 def _foot_points(positions: np.ndarray, rotations: np.ndarray) -> np.ndarray:
     """Return the corners of both feet in the world [m], shape (T, 2, P, 3)."""
     sides = []
-    for side in FEET:
+    for side in FOOT_AND_TOE_BODIES:
         corners = [positions[:, b, None] + rotate(rotations[:, b, None], np.array(BODIES[b].shape.points)[None]) for b in side]
         sides.append(np.concat(corners, axis=1))
     return np.stack(sides, axis=1)
@@ -156,10 +156,10 @@ def _jerk(positions: np.ndarray, fps: float) -> np.ndarray:
     """
     if len(positions) < 4:
         return np.zeros(0)
-    if fps != JITTER_RATE:
+    if fps != JITTER_RATE_HZ:
         seconds = np.arange(len(positions)) / fps
-        positions = CubicSpline(seconds, positions)(np.arange(int(seconds[-1] * JITTER_RATE + 1e-6) + 1) / JITTER_RATE)
-    return np.linalg.norm(np.diff(positions, n=3, axis=0) * JITTER_RATE**3, axis=-1).mean(axis=1)
+        positions = CubicSpline(seconds, positions)(np.arange(int(seconds[-1] * JITTER_RATE_HZ + 1e-6) + 1) / JITTER_RATE_HZ)
+    return np.linalg.norm(np.diff(positions, n=3, axis=0) * JITTER_RATE_HZ**3, axis=-1).mean(axis=1)
 
 
 def _overhang(centres: np.ndarray, feet: np.ndarray, contacts: np.ndarray) -> np.ndarray:

@@ -6,15 +6,15 @@ T frames. The tracks' metres come out in the units of METRICS: cm/s, mm and km/s
 import numpy as np
 
 from datasets.motion.clip import BodyMotion
-from eval.metrics.artefact_tracks import ArtefactTracks, distances_local, distances_world, sole_speeds, track_artefacts
+from eval.metrics.artefact_tracks import ArtefactTracks, compute_artefact_tracks, distances_local, distances_world, sole_speeds
 
-SKATE_HEIGHT, SKATE_SPEED = 0.05, 0.5  # m, m/s: GMD's skating foot
-TOLERANCE = 0.005  # m, of the lowest point from the ground, before it floats or penetrates
-OVERLAP = 0.01  # m, of two shapes, before they penetrate each other
-BALANCE_MARGIN = 0.05  # m, that the centre of mass may leave the support polygon
+SKATE_HEIGHT_M, SKATE_SPEED_M_S = 0.05, 0.5  # m, m/s: GMD's skating foot
+GROUND_TOLERANCE_M = 0.005  # m, of the lowest point from the ground, before it floats or penetrates
+MIN_PENETRATION_M = 0.01  # m, of two shapes, before they penetrate each other
+BALANCE_MARGIN_M = 0.05  # m, that the centre of mass may leave the support polygon
 
 
-def artefacts(motion: BodyMotion, truth: BodyMotion | None = None, original: BodyMotion | None = None) -> dict[str, float]:
+def artefact_metrics(motion: BodyMotion, truth: BodyMotion | None = None, original: BodyMotion | None = None) -> dict[str, float]:
     """Return all artefact metrics of a clip by their id, in the units of METRICS.md.
 
     Args:
@@ -28,22 +28,23 @@ def artefacts(motion: BodyMotion, truth: BodyMotion | None = None, original: Bod
     Raises:
         ValueError: If the clips differ in their number of frames or their rate.
     """
-    values = means_of(track_artefacts(motion, truth))
+    values = metrics_of_tracks(compute_artefact_tracks(motion, truth))
     for name, other in (("deviation", original), ("truth_error", None if truth is motion else truth)):
         if other is not None:
-            values[f"{name}_local"], values[f"{name}_world"] = distance_local(motion, other), distance_world(motion, other)
+            values[f"{name}_local"], values[f"{name}_world"] = mean_distance_local_mm(motion, other), mean_distance_world_mm(motion, other)
     return values
 
 
-def means_of(tracks: ArtefactTracks) -> dict[str, float]:
+def metrics_of_tracks(tracks: ArtefactTracks) -> dict[str, float]:
     """Return the metrics that a clip's own tracks say, by their id."""
     return {
         "foot_skate": foot_skate(tracks),
         "skating_ratio": skating_ratio(tracks),
         "floating": floating(tracks),
         "ground_penetration": ground_penetration(tracks),
-        "self_penetration": float(np.mean(tracks.overlap > OVERLAP)),
-        "self_penetration_depth": 1e3 * float(np.mean(np.where(tracks.overlap > OVERLAP, tracks.overlap, 0.0))),
+        "self_penetration": float(np.mean(tracks.penetration_depth > MIN_PENETRATION_M)),
+        "self_penetration_depth": 1e3
+        * float(np.mean(np.where(tracks.penetration_depth > MIN_PENETRATION_M, tracks.penetration_depth, 0.0))),
         "jitter": 1e-3 * _mean(tracks.jerk),
         "imbalance": imbalance(tracks),
     }
@@ -54,43 +55,43 @@ def foot_skate(tracks: ArtefactTracks) -> float:
 
     The speed is that of the material point that is lowest in the later frame. Source: PhysDiff, per second.
     """
-    return 100.0 * _mean(tracks.foot_speed[tracks.standing])
+    return 100.0 * _mean(tracks.foot_speed[tracks.sustained_contacts])
 
 
 def skating_ratio(tracks: ArtefactTracks) -> float:
     """Return the share of frames in which a foot is below 5 cm in two adjacent frames and faster than 0.5 m/s. Source: GMD."""
-    low = tracks.foot_height < SKATE_HEIGHT
-    skating = low[1:] & low[:-1] & (tracks.foot_speed[1:] > SKATE_SPEED)
+    low = tracks.foot_height < SKATE_HEIGHT_M
+    skating = low[1:] & low[:-1] & (tracks.foot_speed[1:] > SKATE_SPEED_M_S)
     return _mean(skating[:, 0] | skating[:, 1])
 
 
 def floating(tracks: ArtefactTracks) -> float:
     """Return the mean height [mm] of the body's lowest point where it is more than 5 mm, else 0; the truth's flight left out."""
-    heights = tracks.lowest[~tracks.flight]
-    return 1e3 * _mean(np.where(heights > TOLERANCE, heights, 0.0))
+    heights = tracks.lowest[~tracks.is_airborne]
+    return 1e3 * _mean(np.where(heights > GROUND_TOLERANCE_M, heights, 0.0))
 
 
 def ground_penetration(tracks: ArtefactTracks) -> float:
     """Return the mean depth [mm] of the body's lowest point under the ground where it is more than 5 mm, else 0."""
-    return 1e3 * _mean(np.where(tracks.lowest < -TOLERANCE, -tracks.lowest, 0.0))
+    return 1e3 * _mean(np.where(tracks.lowest < -GROUND_TOLERANCE_M, -tracks.lowest, 0.0))
 
 
 def imbalance(tracks: ArtefactTracks) -> float:
     """Return the share of frames with a contact whose centre of mass is over 5 cm outside the feet. Source: thesis 4.5.1."""
-    return _mean(tracks.overhang[tracks.contacts.any(axis=1)] > BALANCE_MARGIN)
+    return _mean(tracks.com_overhang[tracks.contacts.any(axis=1)] > BALANCE_MARGIN_M)
 
 
-def distance_local(motion: BodyMotion, other: BodyMotion) -> float:
+def mean_distance_local_mm(motion: BodyMotion, other: BodyMotion) -> float:
     """Return the mean distance of the joints [mm] when both roots are put in one place."""
     return 1e3 * float(distances_local(motion, other).mean())
 
 
-def distance_world(motion: BodyMotion, other: BodyMotion) -> float:
+def mean_distance_world_mm(motion: BodyMotion, other: BodyMotion) -> float:
     """Return the mean distance of the joints in the world [mm]."""
     return 1e3 * float(distances_world(motion, other).mean())
 
 
-def agreement(contacts_by_force: np.ndarray, contacts_by_height: np.ndarray) -> dict[str, float]:
+def contact_agreement(contacts_by_force: np.ndarray, contacts_by_height: np.ndarray) -> dict[str, float]:
     """Return how well the rule of heights finds the contacts that the simulation's ground reaction shows.
 
     Args:

@@ -12,7 +12,7 @@ class Metric(NamedTuple):
     text: str
 
 
-TRACKING = {
+TRACKING_CATALOGUE = {
     "episode_length_ratio": Metric("ratio", 3, "higher", "how much of the reference the agent lasts"),
     "sr90": Metric("ratio", 3, "higher", "share of rollouts that last at least 0.9 of it"),
     "max_reward_ratio": Metric("ratio", 3, "higher", "reward gathered, of the most possible"),
@@ -20,7 +20,7 @@ TRACKING = {
     "body_error": Metric("mm", 1, "lower", "distance of the bodies from the reference's, roots aligned, while it lasts"),
     "root_mse_truth": Metric("m²", 4, "lower", "the same from the clean clip behind the faulty one"),
 }
-ARTEFACTS = {
+ARTEFACT_CATALOGUE = {
     "foot_skate": Metric("cm/s", 2, "lower", "horizontal speed of feet in contact"),
     "skating_ratio": Metric("ratio", 3, "lower", "frames with a low foot faster than 0.5 m/s"),
     "floating": Metric("mm", 2, "lower", "height of the lowest point above the ground"),
@@ -36,6 +36,6 @@ ARTEFACTS = {
 }
 
 
-def shown(*sides: dict[str, float]) -> dict[str, Metric]:
+def metrics_with_values(*sides: dict[str, float]) -> dict[str, Metric]:
     """Return the artefacts of which any side has a value."""
-    return {name: metric for name, metric in ARTEFACTS.items() if any(name in side for side in sides)}
+    return {name: metric for name, metric in ARTEFACT_CATALOGUE.items() if any(name in side for side in sides)}

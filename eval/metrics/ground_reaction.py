@@ -5,10 +5,10 @@ from functools import cache
 import mujoco
 import numpy as np
 
-from datasets.motion.humanoid import FEET, MASS
+from datasets.motion.humanoid import FOOT_AND_TOE_BODIES, TOTAL_MASS_KG
 from envs.physics.humanoid_mjcf import build_model
 
-CARRIES = 0.05 * 9.81 * MASS  # N, from which on a foot is in contact (METRICS)
+MIN_CONTACT_FORCE_N = 0.05 * 9.81 * TOTAL_MASS_KG  # N, from which on a foot is in contact (METRICS)
 
 
 def foot_loads(poses: np.ndarray, velocities: np.ndarray, targets: np.ndarray) -> np.ndarray:
@@ -21,7 +21,7 @@ def foot_loads(poses: np.ndarray, velocities: np.ndarray, targets: np.ndarray) -
     """
     model = _model()
     data, force = mujoco.MjData(model), np.zeros(6)
-    side_of = {1 + body: side for side, foot in enumerate(FEET) for body in foot}
+    side_of = {1 + body: side for side, foot in enumerate(FOOT_AND_TOE_BODIES) for body in foot}
     loads = np.zeros((len(poses), 2))
     for load, pose, velocity, target in zip(loads, poses, velocities, targets, strict=True):
         data.qpos[:], data.qvel[:], data.ctrl[:] = pose, velocity, target
@@ -38,6 +38,6 @@ def _model() -> mujoco.MjModel:
     return build_model()
 
 
-def carried(loads: np.ndarray) -> np.ndarray:
+def contacts_from_loads(loads: np.ndarray) -> np.ndarray:
     """Return whether each foot was in contact, from its load [N], both of shape (T, 2)."""
-    return loads >= CARRIES
+    return loads >= MIN_CONTACT_FORCE_N

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from datasets.motion.rotation import angle, conjugate, multiply
+from datasets.motion.rotation import conjugate, multiply, rotation_angle
 
 
 def contact_accuracy(predicted: np.ndarray, true: np.ndarray) -> float:
@@ -22,7 +22,7 @@ def rotational_error(predicted: np.ndarray, true: np.ndarray) -> float:
         predicted: Of J joints, wxyz, shape (T, J, 4).
         true: The same.
     """
-    return float(np.degrees(angle(multiply(conjugate(true), predicted)).mean()))
+    return float(np.degrees(rotation_angle(multiply(conjugate(true), predicted)).mean()))
 
 
 def toe_position_error(predicted: np.ndarray, true: np.ndarray) -> float:
@@ -69,7 +69,7 @@ def body_movement(local_rotations: np.ndarray) -> float:
 
     Source: Starke et al. 2020, "Local motion phases".
     """
-    turned = angle(multiply(conjugate(local_rotations[:-1]), local_rotations[1:]))
+    turned = rotation_angle(multiply(conjugate(local_rotations[:-1]), local_rotations[1:]))
     return float(np.degrees(turned.sum(axis=-1).mean()))
 
 

@@ -9,20 +9,20 @@ from gymnasium.vector import AutoresetMode
 
 from datasets.library.motion_library import MotionLibrary
 from datasets.motion.clip import FPS, BodyMotion
-from datasets.motion.humanoid import local_rotations
+from datasets.motion.humanoid import rotations_from_hinges
 from datasets.motion.kinematics import resample
 from datasets.motion.rotation import normalise
 from envs.mimic.spec import MimicSpec
 from envs.physics.protocol import FRAMES_PER_STEP
 from envs.vector_env import AdaptMimicVectorEnv
-from eval.metrics.artefacts import artefacts
-from trainers.evaluation.protocol import Act, Rollouts
+from eval.metrics.artefacts import artefact_metrics
+from trainers.evaluation.protocol import PolicyFn, Rollouts
 
 SIDES = ("before", "after", "truth")
-SHORTEST_POSES = 4  # of a performance; from less, speeds and jitter say nothing
+MIN_POSES = 4  # of a performance; from less, speeds and jitter say nothing
 
 
-class Performance(NamedTuple):
+class RolloutMotion(NamedTuple):
     """One rollout, pose by pose, each ``FRAMES_PER_STEP`` frames of the reference after the one before.
 
     Attributes:
@@ -38,7 +38,7 @@ class Performance(NamedTuple):
     survived: int
 
 
-class Comparison(NamedTuple):
+class ArtefactComparison(NamedTuple):
     """Artefacts of the reference, of its performance and of the truth, over the frames in which the agent survived."""
 
     before: dict[str, float]
@@ -47,11 +47,11 @@ class Comparison(NamedTuple):
     frames: int  # compared
 
 
-def perform(act: Act, library: MotionLibrary, spec: MimicSpec, rollouts: Rollouts, threads: int) -> list[Performance]:
+def simulate_rollouts(policy: PolicyFn, library: MotionLibrary, spec: MimicSpec, rollouts: Rollouts, threads: int) -> list[RolloutMotion]:
     """Return what a deterministic policy does in rollouts, all played at once.
 
     Args:
-        act: The policy.
+        policy: The policy.
         library: Clips.
         spec: Variant of the task that the policy was trained for.
         rollouts: Where to begin and how long to go on, R of them.
@@ -63,55 +63,55 @@ def perform(act: Act, library: MotionLibrary, spec: MimicSpec, rollouts: Rollout
     steps = rollouts.frames // FRAMES_PER_STEP
     poses, survived = [env.physics.poses()], steps + 1
     for step in range(1, int(steps.max()) + 1):
-        observation, _, terminated, _, info = env.step(act(observation))
+        observation, _, terminated, _, info = env.step(policy(observation))
         survived = np.where(terminated, np.minimum(survived, step), survived)
         now = env.physics.poses()
         exploded = info["physics_failed"] | ~np.isfinite(now).all(axis=1)
         poses.append(np.where(exploded[:, None], poses[-1], now))
     together = np.stack(poses, axis=1)
     return [
-        Performance(int(rollouts.clip[r]), int(rollouts.frame[r]), together[r, : steps[r] + 1], int(min(survived[r], steps[r] + 1)))
+        RolloutMotion(int(rollouts.clip[r]), int(rollouts.frame[r]), together[r, : steps[r] + 1], int(min(survived[r], steps[r] + 1)))
         for r in range(count)
     ]
 
 
-def as_motion(poses: np.ndarray, like: BodyMotion) -> BodyMotion:
+def qpos_to_motion(poses: np.ndarray, like: BodyMotion) -> BodyMotion:
     """Return poses (S, 50), one each control step, as a clip at 60 fps that is credited like another."""
-    rotations = local_rotations(normalise(poses[:, 3:7]), poses[:, 7:])
+    rotations = rotations_from_hinges(normalise(poses[:, 3:7]), poses[:, 7:])
     return resample(replace(like, root_position=poses[:, :3], local_rotations=rotations, fps=FPS / FRAMES_PER_STEP), FPS)
 
 
-def compare(performance: Performance, reference: BodyMotion, truth: BodyMotion | None) -> Comparison | None:
+def compare_artefacts(rollout: RolloutMotion, reference: BodyMotion, truth: BodyMotion | None) -> ArtefactComparison | None:
     """Return the artefacts before and after of one performance.
 
     Args:
-        performance: Of the reference.
+        rollout: Of the reference.
         reference: The whole clip that was performed.
         truth: The whole clean clip behind it, where it is known.
 
     Returns:
         Artefacts of the same frames of both; None if the agent survived too few of them.
     """
-    if performance.survived < SHORTEST_POSES:
+    if rollout.survived < MIN_POSES:
         return None
-    sides = sides_of(performance, reference, truth)
+    sides = compared_motions(rollout, reference, truth)
     original, clean = sides["before"], sides.get("truth")
-    own = artefacts(clean, clean) if clean else {}
-    return Comparison(artefacts(original, clean), artefacts(sides["after"], clean, original), own, len(original))
+    own = artefact_metrics(clean, clean) if clean else {}
+    return ArtefactComparison(artefact_metrics(original, clean), artefact_metrics(sides["after"], clean, original), own, len(original))
 
 
-def sides_of(performance: Performance, reference: BodyMotion, truth: BodyMotion | None) -> dict[str, BodyMotion]:
+def compared_motions(rollout: RolloutMotion, reference: BodyMotion, truth: BodyMotion | None) -> dict[str, BodyMotion]:
     """Return the clips that are compared, of the same frames: "before", "after" and, where it is known, "truth".
 
     Args:
-        performance: Of the reference, of at least two poses before its end.
+        rollout: Of the reference, of at least two poses before its end.
         reference: The whole clip that was performed.
         truth: The whole clean clip behind it, where it is known.
     """
-    first = performance.frame
-    last = first + FRAMES_PER_STEP * (performance.survived - 1) + 1
+    first = rollout.frame
+    last = first + FRAMES_PER_STEP * (rollout.survived - 1) + 1
     before = _as_seen_at_control_steps(reference.cut(first, last))
-    sides = {"before": before, "after": as_motion(performance.poses[: performance.survived], reference)}
+    sides = {"before": before, "after": qpos_to_motion(rollout.poses[: rollout.survived], reference)}
     return sides | ({"truth": _anchored(_as_seen_at_control_steps(truth.cut(first, last)), before)} if truth else {})
 
 
@@ -128,7 +128,7 @@ def _anchored(truth: BodyMotion, reference: BodyMotion) -> BodyMotion:
     return replace(truth, root_position=truth.root_position + offset)
 
 
-def weighted_mean(comparisons: Iterable[Comparison]) -> dict[str, dict[str, float]]:
+def mean_over_windows(comparisons: Iterable[ArtefactComparison]) -> dict[str, dict[str, float]]:
     """Return the artefacts of a clip by side: the mean over its windows, by frames compared."""
     parts = list(comparisons)
     total = sum(part.frames for part in parts)

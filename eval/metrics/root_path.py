@@ -4,28 +4,28 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from datasets.imu.root_features import face_forward
+from datasets.imu.root_features import to_heading_frame
 
-WINDOW_SECONDS = 10.0
-TRAVELS = 1.0  # m, that the root must travel in a clip for it to be measured
-STRIDE_SECONDS = 0.2  # over which travelled ways are added up, so that jitter is no way
+WINDOW_S = 10.0
+MIN_TRAVEL_M = 1.0  # m, that the root must travel in a clip for it to be measured
+STRIDE_S = 0.2  # over which travelled ways are added up, so that jitter is no way
 
 
-def windows(frames: int, fps: float) -> Iterator[slice]:
+def fixed_windows(frames: int, fps: float) -> Iterator[slice]:
     """Yield windows of 10 s, as many as fit; the whole clip if it is shorter."""
-    length = min(round(WINDOW_SECONDS * fps), frames)
+    length = min(round(WINDOW_S * fps), frames)
     for start in range(0, frames - length + 1, length):
         yield slice(start, start + length)
 
 
-def distance(truth: np.ndarray) -> float:
+def path_length(truth: np.ndarray) -> float:
     """Return how far a path leads in the horizontal plane [m]."""
     return float(np.linalg.norm(np.diff(truth[:, :2], axis=0), axis=1).sum())
 
 
 def travelling_windows(truth: np.ndarray, fps: float) -> list[slice]:
     """Return the windows of a clip whose root travels at least 1 m; none of another."""
-    return list(windows(len(truth), fps)) if distance(truth) >= TRAVELS else []
+    return list(fixed_windows(len(truth), fps)) if path_length(truth) >= MIN_TRAVEL_M else []
 
 
 def e_mse(path: np.ndarray, truth: np.ndarray) -> float:
@@ -34,7 +34,7 @@ def e_mse(path: np.ndarray, truth: np.ndarray) -> float:
     return float(np.mean(error**2))
 
 
-def motionless(truth: np.ndarray) -> np.ndarray:
+def stationary_path(truth: np.ndarray) -> np.ndarray:
     """Return the path of a root that stays where it begins."""
     return np.broadcast_to(truth[0], truth.shape)
 
@@ -46,7 +46,7 @@ def end_error(path: np.ndarray, truth: np.ndarray, axes: int = 3) -> float:
 
 def drift(path: np.ndarray, truth: np.ndarray) -> float:
     """Return the error at the end over the distance travelled [ratio]."""
-    return end_error(path, truth) / distance(truth)
+    return end_error(path, truth) / path_length(truth)
 
 
 def distance_ratio(path: np.ndarray, truth: np.ndarray, fps: float) -> float:
@@ -54,11 +54,11 @@ def distance_ratio(path: np.ndarray, truth: np.ndarray, fps: float) -> float:
 
     Ways are added up over strides of 0.2 s: over single frames the trembling of an estimate would count as way.
     """
-    stride = max(1, round(STRIDE_SECONDS * fps))
-    return distance(path[::stride]) / distance(truth[::stride])
+    stride = max(1, round(STRIDE_S * fps))
+    return path_length(path[::stride]) / path_length(truth[::stride])
 
 
-def frame_errors(path: np.ndarray, truth: np.ndarray, heading: np.ndarray, absolute_height: bool = False) -> np.ndarray:
+def displacement_errors(path: np.ndarray, truth: np.ndarray, heading: np.ndarray, absolute_height: bool = False) -> np.ndarray:
     """Return by how much each frame's displacement errs forward, to the left and upwards [m], shape (N - 1, 3); thesis Table 2.1.
 
     Args:
@@ -67,13 +67,13 @@ def frame_errors(path: np.ndarray, truth: np.ndarray, heading: np.ndarray, absol
         heading: Of the true pelvis, whose axes they are [rad], shape (N,).
         absolute_height: Whether the last column is the error of the height itself rather than that of its displacement.
     """
-    errors = face_forward(np.diff(path, axis=0) - np.diff(truth, axis=0), heading[:-1])
+    errors = to_heading_frame(np.diff(path, axis=0) - np.diff(truth, axis=0), heading[:-1])
     if absolute_height:
         errors[:, 2] = path[1:, 2] - truth[1:, 2]
     return errors
 
 
-def error_after(path: np.ndarray, truth: np.ndarray, metres: float) -> float:
+def error_after_travel(path: np.ndarray, truth: np.ndarray, metres: float) -> float:
     """Return the mean error [m] once the truth has travelled ``metres`` from any frame on, where the path begins; NaN if it never does.
 
     Source: Yi et al. 2022, "Physical Inertial Poser", figure of global translation errors.

@@ -7,7 +7,7 @@ import numpy as np
 
 from datasets.library.motion_library import ClipInfo, MotionLibrary
 from envs.mimic.spec import MimicSpec
-from trainers.evaluation.protocol import Act, Rollouts, play, protocol, zero_residual
+from trainers.evaluation.protocol import PolicyFn, Rollouts, evaluate_rollouts, evaluation_rollouts, zero_residual
 
 Summary = dict[str, dict[str, float]]  # by metric, its mean and std
 
@@ -21,17 +21,17 @@ class ClipTracking:
         windows: How many windows the protocol cuts it into.
         frames: Frames of a rollout's reference.
         policy: Metrics of the policy, each of shape (R,).
-        zero: Metrics of the zero residual, each of shape (R,).
+        zero_residual: Metrics of the zero residual, each of shape (R,).
     """
 
     clip: ClipInfo
     windows: int
     frames: int
     policy: dict[str, np.ndarray]
-    zero: dict[str, np.ndarray]
+    zero_residual: dict[str, np.ndarray]
 
 
-def track(act: Act, library: MotionLibrary, spec: MimicSpec, threads: int, with_truth: bool) -> Iterator[ClipTracking]:
+def evaluate_tracking(act: PolicyFn, library: MotionLibrary, spec: MimicSpec, threads: int, with_truth: bool) -> Iterator[ClipTracking]:
     """Play the protocol clip by clip.
 
     Args:
@@ -41,10 +41,10 @@ def track(act: Act, library: MotionLibrary, spec: MimicSpec, threads: int, with_
         threads: Native threads.
         with_truth: Whether the clips have another one as their truth; else ``root_mse_truth`` says nothing and is left out.
     """
-    rollouts, _ = protocol(library)
+    rollouts, _ = evaluation_rollouts(library)
     for index, clip in enumerate(library.clips):
         mine = Rollouts(*(column[rollouts.clip == index] for column in rollouts))
-        found = [play(one, library, spec, mine, threads) for one in (act, zero_residual(spec))]
+        found = [evaluate_rollouts(one, library, spec, mine, threads) for one in (act, zero_residual(spec))]
         if not with_truth:
             for values in found:
                 del values["root_mse_truth"]
@@ -61,17 +61,17 @@ def summarise(parts: Iterable[dict[str, np.ndarray]]) -> Summary:
     return {name: {"mean": float(values.mean()), "std": float(values.std())} for name, values in pooled.items()}
 
 
-def blocks(recorded: list[ClipTracking], suited: list[ClipTracking]) -> dict[str, Summary]:
+def summarise_tracking(recorded: list[ClipTracking], suited: list[ClipTracking]) -> dict[str, Summary]:
     """Return the four blocks of a report: the policy and the zero residual, on clips as recorded and through a suit."""
     return {
         "tracking": summarise(one.policy for one in recorded),
-        "tracking_zero_residual": summarise(one.zero for one in recorded),
+        "tracking_zero_residual": summarise(one.zero_residual for one in recorded),
         "tracking_suit": summarise(one.policy for one in suited),
-        "tracking_suit_zero_residual": summarise(one.zero for one in suited),
+        "tracking_suit_zero_residual": summarise(one.zero_residual for one in suited),
     }
 
 
-def grouped(
+def group_clips(
     recorded: list[ClipTracking], suited: list[ClipTracking], key: Callable[[ClipInfo], str]
 ) -> dict[str, tuple[list[ClipTracking], list[ClipTracking]]]:
     """Return the clips as recorded and those through a suit by a property of theirs, in alphabetical order."""
@@ -81,12 +81,12 @@ def grouped(
     }
 
 
-def lasting(parts: Iterable[ClipTracking], zero: bool, seconds: np.ndarray, fps: float) -> np.ndarray:
+def survival_shares(parts: Iterable[ClipTracking], of_zero_residual: bool, seconds: np.ndarray, fps: float) -> np.ndarray:
     """Return the share of the rollouts that last at least so long, among those whose reference does.
 
     Args:
         parts: Clips.
-        zero: Of the zero residual instead of the policy.
+        of_zero_residual: Of the zero residual instead of the policy.
         seconds: Times [s], shape (T,).
         fps: Of the references [1/s].
 
@@ -95,7 +95,7 @@ def lasting(parts: Iterable[ClipTracking], zero: bool, seconds: np.ndarray, fps:
     """
     parts = list(parts)
     reference = np.concat([np.full(len(one.policy["sr90"]), one.frames / fps) for one in parts])
-    ratio = np.concat([(one.zero if zero else one.policy)["episode_length_ratio"] for one in parts])
+    ratio = np.concat([(one.zero_residual if of_zero_residual else one.policy)["episode_length_ratio"] for one in parts])
     running = seconds[:, None] <= reference[None, :] + 1e-9
     alive = (seconds[:, None] <= (ratio * reference)[None, :] + 1e-9) & running
     with np.errstate(invalid="ignore"):

@@ -9,16 +9,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from eval.metrics.artefact_tracks import CONTACT_HEIGHT, JITTER_RATE, ArtefactTracks
-from eval.metrics.artefacts import BALANCE_MARGIN, OVERLAP
+from eval.metrics.artefact_tracks import CONTACT_HEIGHT_M, JITTER_RATE_HZ, ArtefactTracks
+from eval.metrics.artefacts import BALANCE_MARGIN_M, MIN_PENETRATION_M
 from eval.pages.figures import GREY, RECORDED, SUITED, Figure, figure, line
 
-SIDES = {"before": (SUITED, "solid"), "after": (RECORDED, "solid"), "truth": ("text", "dot")}  # colour, dash
-POINTS = 1500  # of a line; in a longer clip a point stands for several frames, by the worst of them
+SIDE_STYLES = {"before": (SUITED, "solid"), "after": (RECORDED, "solid"), "truth": ("text", "dot")}  # colour, dash
+MAX_POINTS = 1500  # of a line; in a longer clip a point stands for several frames, by the worst of them
 _SMOOTHED = 0.1  # s, over which jitter is averaged: of single frames nothing could be read
 _KEPT = "rgba(217, 138, 31, 0.16)"
 _HEIGHT = 270  # pixels
-_LOW, _SLOW = 16.0, 150.0  # cm, cm/s, the tops of plots of feet: steps would hide what happens on the ground
+_MAX_FOOT_HEIGHT_CM, _MAX_FOOT_SPEED_CM_S = 16.0, 150.0  # cm, cm/s, the tops of plots of feet: steps would hide what happens on the ground
 
 
 class Panel(NamedTuple):
@@ -29,66 +29,73 @@ class Panel(NamedTuple):
         y_title: What is measured, with its unit.
         values: Of each frame, shape (T,), not a number where there is none.
         worst: The ufunc whose result is the worse of two values.
-        rule: The value at which the metric begins to count, None if there is none.
-        top: Where the plot ends at the latest, None if everything is shown.
+        threshold: The value at which the metric begins to count, None if there is none.
+        y_max: Where the plot ends at the latest, None if everything is shown.
     """
 
     title: str
     y_title: str
     values: Callable[[ArtefactTracks], np.ndarray]
     worst: np.ufunc
-    rule: float | None = None
-    top: float | None = None
+    threshold: float | None = None
+    y_max: float | None = None
 
 
 def _foot_panels(side: int, name: str) -> list[Panel]:
     def speed(tracks: ArtefactTracks) -> np.ndarray:
-        return np.where(tracks.standing[:, side], 100.0 * tracks.foot_speed[:, side], np.nan)
+        return np.where(tracks.sustained_contacts[:, side], 100.0 * tracks.foot_speed[:, side], np.nan)
 
     return [
-        Panel(f"{name} foot: height", "lowest point [cm]", lambda t: 100.0 * t.foot_height[:, side], np.fmin, 100.0 * CONTACT_HEIGHT, _LOW),
-        Panel(f"{name} foot: speed while in contact", "horizontal speed [cm/s]", speed, np.fmax, None, _SLOW),
+        Panel(
+            f"{name} foot: height",
+            "lowest point [cm]",
+            lambda t: 100.0 * t.foot_height[:, side],
+            np.fmin,
+            100.0 * CONTACT_HEIGHT_M,
+            _MAX_FOOT_HEIGHT_CM,
+        ),
+        Panel(f"{name} foot: speed while in contact", "horizontal speed [cm/s]", speed, np.fmax, None, _MAX_FOOT_SPEED_CM_S),
     ]
 
 
 PANELS: tuple[Panel, ...] = (
     *(panel for pair in zip(_foot_panels(0, "Left"), _foot_panels(1, "Right"), strict=True) for panel in pair),
     Panel("Body's lowest point", "height above the ground [mm]", lambda t: 1e3 * t.lowest, np.fmin),
-    Panel("Deepest overlap of two limbs", "depth [mm]", lambda t: 1e3 * t.overlap, np.fmax, 1e3 * OVERLAP),
-    Panel("Jitter", "over 0.1 s [km/s³]", lambda t: 1e-3 * uniform_filter1d(t.jerk, round(_SMOOTHED * JITTER_RATE)), np.fmax),
-    Panel("Balance", "mass beside the feet [cm]", lambda t: 100.0 * np.maximum(t.overhang, 0.0), np.fmax, 100.0 * BALANCE_MARGIN),
+    Panel("Deepest overlap of two limbs", "depth [mm]", lambda t: 1e3 * t.overlap, np.fmax, 1e3 * MIN_PENETRATION_M),
+    Panel("Jitter", "over 0.1 s [km/s³]", lambda t: 1e-3 * uniform_filter1d(t.jerk, round(_SMOOTHED * JITTER_RATE_HZ)), np.fmax),
+    Panel("Balance", "mass beside the feet [cm]", lambda t: 100.0 * np.maximum(t.overhang, 0.0), np.fmax, 100.0 * BALANCE_MARGIN_M),
 )
 
 
-def over_time(
-    sides: Mapping[str, ArtefactTracks], kept: Sequence[tuple[float, float]] = (), seams: Sequence[float] = ()
+def plot_artefacts(
+    sides: Mapping[str, ArtefactTracks], kept: Sequence[tuple[float, float]] = (), restarts: Sequence[float] = ()
 ) -> list[tuple[str, Figure]]:
     """Return one plot for each track as (title, figure).
 
     Args:
         sides: Tracks of "before", "after" and, where it is known, "truth".
         kept: From when to when the input was kept [s].
-        seams: When the agent began again [s].
+        restarts: When the agent began again [s].
     """
     plots = []
     for panel in PANELS:
         lines = [_curve(panel, tracks, name) for name, tracks in sides.items() if panel.values(tracks).size]
-        drawn = figure(lines, "time [s]", panel.y_title, height=_HEIGHT, shapes=_marks(kept, seams) + _rule(panel.rule))
-        if panel.top:
+        drawn = figure(lines, "time [s]", panel.y_title, height=_HEIGHT, shapes=_marks(kept, restarts) + _rule(panel.threshold))
+        if panel.y_max:
             shown = [y for one in lines for y in one["y"] if y is not None]
             low, high = min(shown, default=0.0), max(shown, default=0.0)
-            drawn["layout"]["yaxis"]["range"] = [1.1 * min(0.0, low), min(panel.top, 1.1 * max(high, 0.1 * panel.top))]
+            drawn["layout"]["yaxis"]["range"] = [1.1 * min(0.0, low), min(panel.y_max, 1.1 * max(high, 0.1 * panel.y_max))]
         plots.append((panel.title, drawn))
     return plots
 
 
-def course(
+def plot_over_time(
     lines: Mapping[str, tuple[np.ndarray, str]],
     y_title: str,
     fps: float,
     worst: np.ufunc,
     kept: Sequence[tuple[float, float]],
-    seams: Sequence[float],
+    restarts: Sequence[float],
 ) -> Figure:
     """Return a plot of any values over time in the same style.
 
@@ -98,25 +105,25 @@ def course(
         fps: Frames per second.
         worst: The ufunc whose result is the worse of two values.
         kept: From when to when the input was kept [s].
-        seams: When the agent began again [s].
+        restarts: When the agent began again [s].
     """
     traces = [_thin(values, len(values), fps, worst, name, colour, "solid") for name, (values, colour) in lines.items()]
-    return figure(traces, "time [s]", y_title, height=_HEIGHT, shapes=_marks(kept, seams))
+    return figure(traces, "time [s]", y_title, height=_HEIGHT, shapes=_marks(kept, restarts))
 
 
-def spans(flags: np.ndarray, fps: float) -> list[tuple[float, float]]:
+def true_spans(flags: np.ndarray, fps: float) -> list[tuple[float, float]]:
     """Return from when to when flags (T,) hold [s]."""
     edges = np.flatnonzero(np.diff(np.concat([[False], flags, [False]]).astype(int)))
     return [(float(begin / fps), float(end / fps)) for begin, end in edges.reshape(-1, 2)]
 
 
 def _curve(panel: Panel, tracks: ArtefactTracks, name: str) -> dict[str, Any]:
-    return _thin(panel.values(tracks), len(tracks.lowest), tracks.fps, panel.worst, name, *SIDES[name])
+    return _thin(panel.values(tracks), len(tracks.lowest), tracks.fps, panel.worst, name, *SIDE_STYLES[name])
 
 
 def _thin(values: np.ndarray, frames: int, fps: float, worst: np.ufunc, name: str, colour: str, dash: str) -> dict[str, Any]:
     """Return the line of values (N,) that lie in the middle of a clip of so many frames, with at most ``POINTS`` points."""
-    starts = np.arange(0, len(values), -(-len(values) // POINTS))
+    starts = np.arange(0, len(values), -(-len(values) // MAX_POINTS))
     seconds = (starts + 0.5 * (frames - len(values))) / fps
     shown = [float(f"{y:.4g}") if np.isfinite(y) else None for y in worst.reduceat(values, starts)]
     drawn = line(seconds.round(3).tolist(), shown, name, colour, dash)  # type: ignore[arg-type]
@@ -124,10 +131,10 @@ def _thin(values: np.ndarray, frames: int, fps: float, worst: np.ufunc, name: st
     return drawn
 
 
-def _marks(kept: Sequence[tuple[float, float]], seams: Sequence[float]) -> list[dict[str, Any]]:
+def _marks(kept: Sequence[tuple[float, float]], restarts: Sequence[float]) -> list[dict[str, Any]]:
     shade = {"type": "rect", "yref": "paper", "y0": 0, "y1": 1, "fillcolor": _KEPT, "line": {"width": 0}, "layer": "below"}
     upright = {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "line": {"color": GREY, "width": 1.2, "dash": "dot"}}
-    return [{**shade, "x0": begin, "x1": end} for begin, end in kept] + [{**upright, "x0": seam, "x1": seam} for seam in seams]
+    return [{**shade, "x0": begin, "x1": end} for begin, end in kept] + [{**upright, "x0": seam, "x1": seam} for seam in restarts]
 
 
 def _rule(value: float | None) -> list[dict[str, Any]]:

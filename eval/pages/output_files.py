@@ -5,18 +5,18 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from configs.atomic_file import whole_file
+from configs.atomic_file import atomic_write
 from configs.errors import InputError
 
 
 def write_whole(path: Path, content: str | bytes) -> None:
     """Write a file, text as UTF-8, whole or not at all."""
-    with whole_file(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
 @contextmanager
-def writing(path: Path) -> Iterator[None]:
+def reporting_write_errors(path: Path) -> Iterator[None]:
     """Tell in one line what keeps a file or folder from being written.
 
     Raises:
@@ -28,7 +28,7 @@ def writing(path: Path) -> Iterator[None]:
         raise InputError(f"{path} cannot be written: {error.strerror} ({error.filename})") from error
 
 
-def check_out(out: Path, option: str = "--out") -> None:
+def check_writable(out: Path, option: str = "--out") -> None:
     """Raise before the work if its results could not be written into the folder ``out``, named by an ``option``, after it."""
     there = next(path for path in (out, *out.absolute().parents) if path.exists())
     if not there.is_dir() or not os.access(there, os.W_OK):

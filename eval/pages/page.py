@@ -9,7 +9,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
-from configs.source_code import ROOT
+from configs.source_code import PROJECT_ROOT
 
 
 def render_page(template: str, filters: dict[str, Callable[..., Any]], **values: Any) -> str:
@@ -21,7 +21,7 @@ def render_page(template: str, filters: dict[str, Callable[..., Any]], **values:
         values: What the template speaks of.
     """
     environment = Environment(
-        loader=FileSystemLoader(ROOT / "eval"), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+        loader=FileSystemLoader(PROJECT_ROOT / "eval"), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     own = {"spread": spread, "number": number, "change": change, "figure": _figure, "video": _video, "image": _image}
     environment.filters |= {**own, **filters}

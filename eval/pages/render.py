@@ -38,7 +38,7 @@ _LIGHT_DISTANCE = 4.0  # m, from the camera's target
 _VIDEO_HEIGHT, _VIDEO_FIELD = 2.8, 18.0  # m, deg
 _STRIP_HEIGHT, _STRIP_FIELD = 2.25, 12.0  # m, deg
 _FOLLOW_SECONDS = 0.5  # the camera's path is the reference's, smoothed over this
-_EYE_HEIGHT = 0.85  # m, of the point that the camera looks at
+_CAMERA_TARGET_HEIGHT_M = 0.85  # m, of the point that the camera looks at
 _PROBE = """
 import mujoco
 model = mujoco.MjModel.from_xml_string('<mujoco><worldbody><light pos="0 0 3"/><geom size="1"/></worldbody></mujoco>')
@@ -50,12 +50,12 @@ with mujoco.Renderer(model, 32, 32) as renderer:
 """
 
 
-class Figure(NamedTuple):
+class PosedHumanoid(NamedTuple):
     """One humanoid in a picture."""
 
     pose: np.ndarray  # (50,)
     colour: tuple[float, float, float, float]  # rgba
-    shift: np.ndarray  # added to its place in the world [m], (3,)
+    offset: np.ndarray  # added to its place in the world [m], (3,)
 
 
 class Camera(NamedTuple):
@@ -78,7 +78,7 @@ class Camera(NamedTuple):
         return direction / np.linalg.norm(direction)
 
 
-def poses(motion: BodyMotion) -> np.ndarray:
+def motion_to_qpos(motion: BodyMotion) -> np.ndarray:
     """Return the generalised positions of a clip, shape (T, 50)."""
     return np.concat([motion.root_position, motion.local_rotations[:, 0], hinge_angles(motion.local_rotations)], axis=1)
 
@@ -109,7 +109,7 @@ def _works(way: str | None) -> bool:
         return False
 
 
-class Stage:
+class SceneRenderer:
     """The lit ground and a camera. Use as a context, so that its buffers are freed.
 
     Raises:
@@ -154,7 +154,7 @@ class Stage:
         """Free the buffers."""
         self._renderer.close()
 
-    def picture(self, figures: list[Figure], camera: Camera) -> np.ndarray:
+    def render(self, figures: list[PosedHumanoid], camera: Camera) -> np.ndarray:
         """Return a picture of figures, uint8, shape (height, width, 3)."""
         view = mujoco.MjvCamera()
         view.lookat[:] = camera.target
@@ -162,7 +162,7 @@ class Stage:
         scene = self._renderer.scene
         for count, figure in enumerate(figures):
             self._data.qpos[:] = figure.pose
-            self._data.qpos[:3] += figure.shift
+            self._data.qpos[:3] += figure.offset
             mujoco.mj_kinematics(self._model, self._data)
             mujoco.mj_comPos(self._model, self._data)
             if count == 0:  # ground, light and camera come with the first figure
@@ -200,12 +200,15 @@ def render_pair(
     path = _camera_path(reference[:, :3], fps)
     azimuth = float(heading(reference[0, 3:7])) + _VIEW
     frames = []
-    with Stage(*size, _VIDEO_FIELD) as stage:
+    with SceneRenderer(*size, _VIDEO_FIELD) as stage:
         for t in shown:
-            camera = Camera(path[t], _distance(_VIDEO_HEIGHT, _VIDEO_FIELD), azimuth)
+            camera = Camera(path[t], _camera_distance(_VIDEO_HEIGHT, _VIDEO_FIELD), azimuth)
             colour = LOST_COLOUR if lost is not None and lost[t] else AGENT_COLOUR
-            pair = [Figure(reference[t], REFERENCE_COLOUR, -0.75 * camera.right), Figure(agent[t], colour, 0.75 * camera.right)]
-            frames.append(stage.picture(pair, camera))
+            pair = [
+                PosedHumanoid(reference[t], REFERENCE_COLOUR, -0.75 * camera.right),
+                PosedHumanoid(agent[t], colour, 0.75 * camera.right),
+            ]
+            frames.append(stage.render(pair, camera))
     return np.stack(frames)
 
 
@@ -215,16 +218,16 @@ def _camera_path(root: np.ndarray, fps: float) -> np.ndarray:
     beyond = min(round(4 * spread), len(root) - 1)
     longer = np.pad(root, ((beyond, beyond), (0, 0)), mode="reflect", reflect_type="odd")
     path = gaussian_filter1d(longer, spread, axis=0, mode="nearest")[beyond : beyond + len(root)]
-    path[:, 2] = _EYE_HEIGHT
+    path[:, 2] = _CAMERA_TARGET_HEIGHT_M
     return path
 
 
-def _distance(height: float, field_of_view: float) -> float:
+def _camera_distance(height: float, field_of_view: float) -> float:
     """Return from how far [m] a picture shows so much height [m] at a field of view [deg]."""
     return height / (2.0 * np.tan(np.radians(field_of_view) / 2.0))
 
 
-def save_picture(path: Path, reference: np.ndarray, agent: np.ndarray, moments: int = 7, size: tuple[int, int] = (1600, 420)) -> None:
+def save_strip(path: Path, reference: np.ndarray, agent: np.ndarray, moments: int = 7, size: tuple[int, int] = (1600, 420)) -> None:
     """Write a PNG strip of evenly spread moments, as ``strip`` draws them.
 
     Args:
@@ -234,10 +237,10 @@ def save_picture(path: Path, reference: np.ndarray, agent: np.ndarray, moments: 
         moments: How many.
         size: Width and height [pixels].
     """
-    mediapy.write_image(path, strip(reference, agent, moments, size))
+    mediapy.write_image(path, render_strip(reference, agent, moments, size))
 
 
-def strip(reference: np.ndarray, agent: np.ndarray, moments: int = 7, size: tuple[int, int] = (1600, 420)) -> np.ndarray:
+def render_strip(reference: np.ndarray, agent: np.ndarray, moments: int = 7, size: tuple[int, int] = (1600, 420)) -> np.ndarray:
     """Return a picture of evenly spread moments, each with the agent and, as a ghost behind it, the reference.
 
     Args:
@@ -251,15 +254,15 @@ def strip(reference: np.ndarray, agent: np.ndarray, moments: int = 7, size: tupl
     """
     width, height = size
     azimuth = float(heading(reference[0, 3:7])) + _VIEW
-    camera = Camera(np.array([0.0, 0.0, _EYE_HEIGHT]), _distance(_STRIP_HEIGHT, _STRIP_FIELD), azimuth)
+    camera = Camera(np.array([0.0, 0.0, _CAMERA_TARGET_HEIGHT_M]), _camera_distance(_STRIP_HEIGHT, _STRIP_FIELD), azimuth)
     spacing = _STRIP_HEIGHT * width / height / moments
     figures = []
     for place, t in enumerate(np.linspace(0, len(reference) - 1, moments).round().astype(int)):
         shift = spacing * (place - (moments - 1) / 2) * camera.right - reference[t, :3] * (1.0, 1.0, 0.0)
-        figures.append(Figure(agent[t], AGENT_COLOUR, shift))
-        figures.append(Figure(reference[t], (*REFERENCE_COLOUR[:3], GHOST_ALPHA), shift))
-    with Stage(width, height, _STRIP_FIELD, shadow_radius=0.6 * spacing * moments, fine=True) as stage:
-        return stage.picture(figures, camera)
+        figures.append(PosedHumanoid(agent[t], AGENT_COLOUR, shift))
+        figures.append(PosedHumanoid(reference[t], (*REFERENCE_COLOUR[:3], GHOST_ALPHA), shift))
+    with SceneRenderer(width, height, _STRIP_FIELD, shadow_radius=0.6 * spacing * moments, fine=True) as stage:
+        return stage.render(figures, camera)
 
 
 def encode_mp4(frames: np.ndarray, fps: float = VIDEO_FPS) -> bytes:

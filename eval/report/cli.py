@@ -10,33 +10,33 @@ from pathlib import Path
 import torch
 from rich.console import Console
 
-from configs.command import exit_code_of
+from configs.command import run_command
 from eval.metrics.tracking import summarise
-from eval.pages.output_files import check_out, write_whole
+from eval.pages.output_files import check_writable, write_whole
 from eval.pages.render import INSTALL_HINT
-from eval.report.data import make_report
-from eval.report.evaluate import examine
-from eval.report.median_window import typical_course
-from eval.report.page import make_page
-from eval.report.plots import by_clip, survival, training
-from eval.report.test_clips import TestedClips, choose_clips
-from eval.report.videos import Video, film, picture
-from eval.runs.trained_run import Run, load_run
+from eval.report.data import collect_report
+from eval.report.evaluate import evaluate_clips
+from eval.report.median_window import plot_median_window
+from eval.report.page import render_report
+from eval.report.plots import plot_by_clip, plot_survival, plot_training
+from eval.report.test_clips import EvaluationClips, choose_clips
+from eval.report.videos import Video, render_videos, save_best_strip
+from eval.runs.trained_run import TrainedRun, load_run
 from eval.runs.training_curves import read_curves
 from trainers.data.motion_config import RECONSTRUCTED
 from trainers.runs.run_log import make_console
 
 
-def notices_of(run: Run, tested: TestedClips, videos: list[Video]) -> list[str]:
+def notices_of(run: TrainedRun, tested: EvaluationClips, videos: list[Video]) -> list[str]:
     """Return what a reader must know before the numbers."""
     notices = []
-    for by in sorted(set(tested.seen.values())):
-        count = f"{sum(value == by for value in tested.seen.values())} of {len(tested.recorded)} clips"
+    for by in sorted(set(tested.seen_in.values())):
+        count = f"{sum(value == by for value in tested.seen_in.values())} of {len(tested.recorded)} clips"
         notices.append(f"{count} were seen in {by}, or their performer was: on these it is no test of generalisation.")
-    for model in sorted(set(tested.roots.values())):
-        names = ", ".join(name for name, by in tested.roots.items() if by == model)
+    for model in sorted(set(tested.root_models.values())):
+        names = ", ".join(name for name, by in tested.root_models.items() if by == model)
         notices.append(f"The shipped model {model} gave the root of {names}: IMU suits record none, or the file holds none.")
-    if tested.suited and run.config.data.roots == RECONSTRUCTED:
+    if tested.suited and run.config.data.root_source == RECONSTRUCTED:
         notices.append("Root3D gave the root of clips through simulated suits, from their poses and accelerations.")
     if not tested.suited:
         notices.append("No clip is free of suit errors, so none was put through a simulated suit.")
@@ -45,7 +45,7 @@ def notices_of(run: Run, tested: TestedClips, videos: list[Video]) -> list[str]:
     return notices
 
 
-def evaluate(run: Run, out: Path, motions: list[str] | None, console: Console) -> None:
+def write_report(run: TrainedRun, out: Path, motions: list[str] | None, console: Console) -> None:
     """Evaluate a run and write ``report.json``, ``index.html`` and ``best.png`` into ``out``."""
     begin = time.monotonic()
     threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -54,18 +54,18 @@ def evaluate(run: Run, out: Path, motions: list[str] | None, console: Console) -
         tested = choose_clips(run.config.data, run.card, motions, status.update)
     minutes = sum(clip.seconds for clip in tested.recorded) / 60.0
     console.print(f"{len(tested.recorded)} clips of {tested.source}, {minutes:.1f} minutes; {len(tested.left_out)} left out")
-    recorded = examine(run, tested.recorded, None, threads, console, "as recorded")
-    suited = examine(run, tested.suited, tested.truths, threads, console, "through a suit")
-    videos = film(recorded, console)
-    report = make_report(run, tested, recorded, suited, time.monotonic() - begin)
-    figures = {"survival": survival(recorded.tracking, suited.tracking), "by_clip": by_clip(report["clips"])}
-    course = typical_course(suited, tested.truths) or typical_course(recorded, None)
-    page = make_page(report, figures, training(read_curves(run.folder)), course, videos, notices_of(run, tested, videos))
+    recorded = evaluate_clips(run, tested.recorded, None, threads, console, "as recorded")
+    suited = evaluate_clips(run, tested.suited, tested.truths, threads, console, "through a suit")
+    videos = render_videos(recorded, console)
+    report = collect_report(run, tested, recorded, suited, time.monotonic() - begin)
+    figures = {"survival": plot_survival(recorded.tracking, suited.tracking), "by_clip": plot_by_clip(report["clips"])}
+    course = plot_median_window(suited, tested.truths) or plot_median_window(recorded, None)
+    page = render_report(report, figures, plot_training(read_curves(run.folder)), course, videos, notices_of(run, tested, videos))
     text = json.dumps(report, indent=1, allow_nan=False)
     out.mkdir(parents=True, exist_ok=True)
     write_whole(out / "report.json", text + "\n")
     write_whole(out / "index.html", page)
-    picture(recorded, out / "best.png")
+    save_best_strip(recorded, out / "best.png")
     means = summarise(one.policy for one in recorded.tracking)
     console.print("   ".join(f"{name} {value['mean']:.3f} ± {value['std']:.3f}" for name, value in means.items()))
     console.print(f"report: {out / 'index.html'} and {out / 'report.json'}, {time.monotonic() - begin:.0f} s")
@@ -80,12 +80,12 @@ def main(arguments: list[str] | None = None) -> int:
         "--motions", nargs="+", action="extend", help="BVH or MVNX files, folders of them, or 'synthetic'; the held-out clips by default"
     )
     options = parser.parse_args(arguments)
-    return exit_code_of(lambda: _run(options))
+    return run_command(lambda: _run(options))
 
 
 def _run(options: argparse.Namespace) -> None:
-    check_out(options.out)
-    evaluate(load_run(options.run), options.out, options.motions, make_console())
+    check_writable(options.out)
+    write_report(load_run(options.run), options.out, options.motions, make_console())
 
 
 if __name__ == "__main__":

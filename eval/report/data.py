@@ -7,23 +7,23 @@ from typing import Any
 from datasets.library.motion_library import ClipInfo
 from datasets.motion.clip import FPS
 from eval.metrics.rollout_motion import mean_over_clips
-from eval.metrics.tracking import blocks, grouped
-from eval.report.evaluate import Track
-from eval.report.test_clips import TestedClips
-from eval.runs.trained_run import Run
+from eval.metrics.tracking import group_clips, summarise_tracking
+from eval.report.evaluate import ClipResults
+from eval.report.test_clips import EvaluationClips
+from eval.runs.trained_run import TrainedRun
 from trainers.runs.run_log import commit_of_code
 
 
-def make_report(run: Run, tested: TestedClips, recorded: Track, suited: Track, seconds: float) -> dict[str, Any]:
+def collect_report(run: TrainedRun, tested: EvaluationClips, recorded: ClipResults, suited: ClipResults, seconds: float) -> dict[str, Any]:
     """Return what ``report.json`` holds: the keys that DESIGN fixes, then what a reader wants beside them."""
 
     def group(key: Callable[[ClipInfo], str]) -> dict[str, Any]:
         return {
-            name: {"clips": len(plain), "rollouts": sum(len(one.policy["sr90"]) for one in plain), **blocks(plain, through)}
-            for name, (plain, through) in grouped(recorded.tracking, suited.tracking, key).items()
+            name: {"clips": len(plain), "rollouts": sum(len(one.policy["sr90"]) for one in plain), **summarise_tracking(plain, through)}
+            for name, (plain, through) in group_clips(recorded.tracking, suited.tracking, key).items()
         }
 
-    means = blocks(recorded.tracking, suited.tracking)
+    means = summarise_tracking(recorded.tracking, suited.tracking)
     return {
         "tracking": means.pop("tracking"),
         "artefacts": mean_over_clips(recorded.artefacts.values()),
@@ -34,14 +34,14 @@ def make_report(run: Run, tested: TestedClips, recorded: Track, suited: Track, s
         "by_kind": group(lambda clip: clip.kind),
         "by_performer": group(lambda clip: clip.performer),
         "left_out": [{"name": name, "reason": reason} for name, reason in tested.left_out.items()],
-        "seen": tested.seen,
+        "seen": tested.seen_in,
         "evaluation": {
             "run": str(run.folder),
             "motions": tested.source,
             "windows": sum(one.windows for one in recorded.tracking),
             "rollouts": sum(len(one.policy["sr90"]) for one in recorded.tracking),
-            "artefact_frames_compared": recorded.compared,
-            "artefact_frames_compared_suit": suited.compared,
+            "artefact_frames_compared": recorded.compared_share,
+            "artefact_frames_compared_suit": suited.compared_share,
             "code": commit_of_code(),
             "seconds": round(seconds, 1),
         },
@@ -49,7 +49,7 @@ def make_report(run: Run, tested: TestedClips, recorded: Track, suited: Track, s
     }
 
 
-def _clip_rows(tested: TestedClips, recorded: Track, suited: Track) -> list[dict[str, Any]]:
+def _clip_rows(tested: EvaluationClips, recorded: ClipResults, suited: ClipResults) -> list[dict[str, Any]]:
     """Return what was found on each clip."""
     by_truth = {truth.name: one for truth, one in zip(tested.truths, suited.tracking, strict=True)}
     rows = []
@@ -58,8 +58,8 @@ def _clip_rows(tested: TestedClips, recorded: Track, suited: Track) -> list[dict
         rows.append({
             "name": clip.name, "performer": clip.performer, "kind": clip.kind, "system": clip.system,
             "seconds": clip.frames / FPS, "windows": one.windows, "rollouts": len(one.policy["sr90"]),
-            "seen": tested.seen.get(clip.name, ""), "root": tested.roots.get(clip.name, "recorded"),
-            **blocks([one], [through] if through else []),
+            "seen": tested.seen_in.get(clip.name, ""), "root": tested.root_models.get(clip.name, "recorded"),
+            **summarise_tracking([one], [through] if through else []),
             "artefacts": recorded.artefacts.get(clip.name),
             "artefacts_suit": suited.artefacts.get(through.clip.name) if through else None,
         })  # fmt: skip

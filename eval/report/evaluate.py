@@ -7,32 +7,34 @@ from rich.console import Console
 from datasets.library.motion_library import MotionLibrary
 from datasets.motion.clip import BodyMotion
 from envs.physics.protocol import FRAMES_PER_STEP
-from eval.metrics.rollout_motion import Comparison, Performance, compare, perform, weighted_mean
-from eval.metrics.tracking import ClipTracking, track
-from eval.runs.trained_run import Run
-from trainers.evaluation.protocol import OFFSETS, WORLDS, Rollouts, protocol
+from eval.metrics.rollout_motion import ArtefactComparison, RolloutMotion, compare_artefacts, mean_over_windows, simulate_rollouts
+from eval.metrics.tracking import ClipTracking, evaluate_tracking
+from eval.runs.trained_run import TrainedRun
+from trainers.evaluation.protocol import MAX_PARALLEL_ROLLOUTS, NUM_OFFSETS, Rollouts, evaluation_rollouts
 
 
 @dataclass(frozen=True)
-class Track:
+class ClipResults:
     """All that was found on clips of one kind: as recorded, or through a suit.
 
     Attributes:
         clips: The clips.
         tracking: Their metrics.
-        performances: One of each window, from its first frame.
+        rollouts: One of each window, from its first frame.
         artefacts: Before and after, by name of the clip; without the clips that the agent lost at once.
-        compared: Share of the windows' frames in which the agent survived, which is where artefacts are compared [ratio].
+        compared_share: Share of the windows' frames in which the agent survived, which is where artefacts are compared [ratio].
     """
 
     clips: list[BodyMotion]
     tracking: list[ClipTracking]
-    performances: list[Performance]
+    rollouts: list[RolloutMotion]
     artefacts: dict[str, dict[str, dict[str, float]]]
-    compared: float
+    compared_share: float
 
 
-def examine(run: Run, clips: list[BodyMotion], truths: list[BodyMotion] | None, threads: int, console: Console, label: str) -> Track:
+def evaluate_clips(
+    run: TrainedRun, clips: list[BodyMotion], truths: list[BodyMotion] | None, threads: int, console: Console, label: str
+) -> ClipResults:
     """Play the protocol on clips, tell each result in a line, and measure artefacts.
 
     Args:
@@ -44,43 +46,43 @@ def examine(run: Run, clips: list[BodyMotion], truths: list[BodyMotion] | None, 
         label: What the clips are, for people.
     """
     if not clips:
-        return Track([], [], [], {}, 0.0)
+        return ClipResults([], [], [], {}, 0.0)
     found: list[ClipTracking] = []
     with console.status(f"{label}: preparing {len(clips)} clips") as status:
-        library = MotionLibrary.of(clips, truths)
-        playing = track(run.policy.act, library, run.spec, threads, truths is not None)
+        library = MotionLibrary.from_clips(clips, truths)
+        playing = evaluate_tracking(run.policy.act, library, run.spec, threads, truths is not None)
         for number, clip in enumerate(library.clips, start=1):
             status.update(f"{label}: playing {clip.name}, {len(clips) - number + 1} left")
             one = next(playing)
             found.append(one)
-            mean, zero = (metrics["episode_length_ratio"].mean() for metrics in (one.policy, one.zero))
+            mean, zero = (metrics["episode_length_ratio"].mean() for metrics in (one.policy, one.zero_residual))
             console.print(f"{label} {number}/{len(clips)} {clip.name}: episode_length_ratio {mean:.3f} (zero residual {zero:.3f})")
         status.update(f"{label}: measuring artefacts")
         performances = _perform_windows(run, library, threads)
         artefacts, compared = _artefacts(performances, clips, truths)
-    return Track(clips, found, performances, artefacts, compared)
+    return ClipResults(clips, found, performances, artefacts, compared)
 
 
 def _artefacts(
-    performances: list[Performance], clips: list[BodyMotion], truths: list[BodyMotion] | None
+    performances: list[RolloutMotion], clips: list[BodyMotion], truths: list[BodyMotion] | None
 ) -> tuple[dict[str, dict[str, dict[str, float]]], float]:
     """Return the artefacts before and after by name of the clip, and the share of the windows' frames that they are of."""
-    by_name: dict[str, list[Comparison]] = {}
+    by_name: dict[str, list[ArtefactComparison]] = {}
     for one in performances:
         clip = clips[one.clip]
-        comparison = compare(one, clip, truths[one.clip] if truths else None)
+        comparison = compare_artefacts(one, clip, truths[one.clip] if truths else None)
         if comparison is not None:
             by_name.setdefault(clip.name, []).append(comparison)
     compared = sum(comparison.frames for comparisons in by_name.values() for comparison in comparisons)
     whole = sum(FRAMES_PER_STEP * (len(one.poses) - 1) + 1 for one in performances)
-    return {name: weighted_mean(comparisons) for name, comparisons in by_name.items()}, compared / whole
+    return {name: mean_over_windows(comparisons) for name, comparisons in by_name.items()}, compared / whole
 
 
-def _perform_windows(run: Run, library: MotionLibrary, threads: int) -> list[Performance]:
+def _perform_windows(run: TrainedRun, library: MotionLibrary, threads: int) -> list[RolloutMotion]:
     """Return one performance of each window, from its first frame."""
-    rollouts, _ = protocol(library, every=OFFSETS)
-    done: list[Performance] = []
-    for start in range(0, len(rollouts.clip), WORLDS):
-        part = Rollouts(*(column[start : start + WORLDS] for column in rollouts))
-        done += perform(run.policy.act, library, run.spec, part, threads)
+    rollouts, _ = evaluation_rollouts(library, offset_step=NUM_OFFSETS)
+    done: list[RolloutMotion] = []
+    for start in range(0, len(rollouts.clip), MAX_PARALLEL_ROLLOUTS):
+        part = Rollouts(*(column[start : start + MAX_PARALLEL_ROLLOUTS] for column in rollouts))
+        done += simulate_rollouts(run.policy.act, library, run.spec, part, threads)
     return done

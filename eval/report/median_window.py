@@ -6,46 +6,48 @@ import numpy as np
 
 from datasets.motion.clip import FPS, BodyMotion
 from envs.physics.protocol import FRAMES_PER_STEP
-from eval.metrics.artefact_tracks import track_artefacts
-from eval.metrics.rollout_motion import SHORTEST_POSES, Performance, sides_of
-from eval.pages.artefact_plots import over_time
+from eval.metrics.artefact_tracks import compute_artefact_tracks
+from eval.metrics.rollout_motion import MIN_POSES, RolloutMotion, compared_motions
+from eval.pages.artefact_plots import plot_artefacts
 from eval.pages.figures import Figure
-from eval.report.evaluate import Track
+from eval.report.evaluate import ClipResults
 
 
-class Course(NamedTuple):
+class WindowPlots(NamedTuple):
     """Artefacts over time of one performance."""
 
     caption: str
     plots: list[tuple[str, Figure]]  # title, figure
 
 
-def typical_window(track: Track, clip: int) -> Performance:
+def median_window(results: ClipResults, clip: int) -> RolloutMotion:
     """Return the performance of a clip's window whose length ratio is most like the clip's mean."""
-    ratio = float(track.tracking[clip].policy["episode_length_ratio"].mean())
-    return min((one for one in track.performances if one.clip == clip), key=lambda one: abs(_ratio(one) - ratio))
+    ratio = float(results.tracking[clip].policy["episode_length_ratio"].mean())
+    return min((one for one in results.rollouts if one.clip == clip), key=lambda one: abs(_ratio(one) - ratio))
 
 
-def typical_course(track: Track, truths: list[BodyMotion] | None) -> Course | None:
+def plot_median_window(results: ClipResults, truths: list[BodyMotion] | None) -> WindowPlots | None:
     """Return the artefacts over time of the clip with the median length ratio; None without clips or if the agent lost it at once.
 
     Args:
-        track: What was found on clips.
+        results: What was found on clips.
         truths: For each clip the clean one behind it, None where none is known.
     """
-    if not track.performances:
+    if not results.rollouts:
         return None
-    ratios = [one.policy["episode_length_ratio"].mean() for one in track.tracking]
+    ratios = [one.policy["episode_length_ratio"].mean() for one in results.tracking]
     clip = int(np.argsort(ratios)[len(ratios) // 2])
-    one = typical_window(track, clip)
-    if one.survived < SHORTEST_POSES:
+    one = median_window(results, clip)
+    if one.survived < MIN_POSES:
         return None
-    sides = sides_of(one, track.clips[clip], truths[clip] if truths else None)
+    sides = compared_motions(one, results.clips[clip], truths[clip] if truths else None)
     begin, seconds = one.frame / FPS, (one.survived - 1) * FRAMES_PER_STEP / FPS
-    caption = f"{track.clips[clip].name}, {seconds:.2f} s from {begin:.2f} s on: median by episode_length_ratio, {ratios[clip]:.3f}"
-    return Course(caption, over_time({side: track_artefacts(motion, sides.get("truth")) for side, motion in sides.items()}))
+    caption = f"{results.clips[clip].name}, {seconds:.2f} s from {begin:.2f} s on: median by episode_length_ratio, {ratios[clip]:.3f}"
+    return WindowPlots(
+        caption, plot_artefacts({side: compute_artefact_tracks(motion, sides.get("truth")) for side, motion in sides.items()})
+    )
 
 
-def _ratio(performance: Performance) -> float:
+def _ratio(performance: RolloutMotion) -> float:
     steps = len(performance.poses) - 1
     return min(performance.survived, steps) / steps

@@ -4,14 +4,19 @@ from typing import Any
 
 from omegaconf import OmegaConf
 
-from eval.metrics.catalogue import TRACKING, shown
+from eval.metrics.catalogue import TRACKING_CATALOGUE, metrics_with_values
 from eval.pages.page import render_page
-from eval.report.median_window import Course
+from eval.report.median_window import WindowPlots
 from eval.report.videos import Video
 
 
-def make_page(
-    report: dict[str, Any], figures: dict[str, Any], training: list[Any], course: Course | None, videos: list[Video], notices: list[str]
+def render_report(
+    report: dict[str, Any],
+    figures: dict[str, Any],
+    training: list[Any],
+    course: WindowPlots | None,
+    videos: list[Video],
+    notices: list[str],
 ) -> str:
     """Return the page as HTML.
 
@@ -32,7 +37,7 @@ def make_page(
         course=course,
         videos=videos,
         notices=notices,
-        tracking_metrics=TRACKING,
-        artefact_metrics=shown(report["artefacts"]["after"], report["artefacts_suit"]["after"]),
+        tracking_metrics=TRACKING_CATALOGUE,
+        artefact_metrics=metrics_with_values(report["artefacts"]["after"], report["artefacts_suit"]["after"]),
         config_yaml=OmegaConf.to_yaml(OmegaConf.create(report["config"])),
     )

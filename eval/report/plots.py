@@ -5,28 +5,28 @@ from typing import Any
 import numpy as np
 
 from datasets.motion.clip import FPS
-from eval.metrics.tracking import ClipTracking, lasting
+from eval.metrics.tracking import ClipTracking, survival_shares
 from eval.pages.figures import GREY, RECORDED, SUITED, Figure, figure, line
 from eval.runs.training_curves import Curve
 
 ROW_HEIGHTS = 16.0, 46.0  # pixels of a clip in the plot by clip: of many and of few
-TALLEST = 2400.0  # pixels of that plot, unless there are very many clips
+MAX_PLOT_HEIGHT_PX = 2400.0  # pixels of that plot, unless there are very many clips
 
 
-def survival(recorded: list[ClipTracking], suited: list[ClipTracking]) -> Figure:
+def plot_survival(recorded: list[ClipTracking], suited: list[ClipTracking]) -> Figure:
     """Return the share of rollouts still running over time, of the policy and of the zero residual."""
     longest = max(one.frames for one in recorded) / FPS
     seconds = np.linspace(0.0, longest, 151)
     traces = []
     for parts, name, colour in ((recorded, "as recorded", RECORDED), (suited, "through a suit", SUITED)):
         for zero in (False, True) if parts else ():
-            shares = [round(float(v), 4) if np.isfinite(v) else None for v in lasting(parts, zero, seconds, FPS)]
+            shares = [round(float(v), 4) if np.isfinite(v) else None for v in survival_shares(parts, zero, seconds, FPS)]
             who = "zero residual" if zero else "policy"
             traces.append(line(seconds.round(3).tolist(), shares, f"{who}, {name}", colour, "dot" if zero else "solid"))  # type: ignore[arg-type]
     return figure(traces, "time into the rollout [s]", "rollouts still running [ratio]", height=340)
 
 
-def by_clip(clips: list[dict[str, Any]]) -> Figure:
+def plot_by_clip(clips: list[dict[str, Any]]) -> Figure:
     """Return bars of each clip's episode length ratio with its spread, the zero residual's as a mark on each bar.
 
     The page replaces the colour "text" by that of its text.
@@ -35,7 +35,7 @@ def by_clip(clips: list[dict[str, Any]]) -> Figure:
         clips: The rows of ``report.json``.
     """
     both = any(clip["tracking_suit"] for clip in clips)
-    height = float(np.clip(TALLEST / len(clips), *ROW_HEIGHTS))
+    height = float(np.clip(MAX_PLOT_HEIGHT_PX / len(clips), *ROW_HEIGHTS))
     width, traces = (0.38 if both else 0.6), []
     for block, name, colour, side in (("tracking", "as recorded", RECORDED, -1), ("tracking_suit", "through a suit", SUITED, 1)):
         shown = [(row, clip) for row, clip in enumerate(clips) if clip[block]]
@@ -57,7 +57,7 @@ def by_clip(clips: list[dict[str, Any]]) -> Figure:
     return bars
 
 
-def training(curves: dict[str, Curve]) -> list[tuple[str, str, Figure]]:
+def plot_training(curves: dict[str, Curve]) -> list[tuple[str, str, Figure]]:
     """Return the plots of a training as (heading, how to read it, figure), those that it left numbers for."""
     samples = "control steps [millions]"
     plans = [

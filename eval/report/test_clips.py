@@ -6,19 +6,28 @@ from pathlib import Path
 from typing import Any
 
 from configs.errors import InputError
-from datasets.library.sources import ROUGH_GROUND_KINDS, SYNTHETIC, Recorded, credit, find_files, load_recordings, read_index, unique_names
+from datasets.library.sources import (
+    ROUGH_GROUND_KINDS,
+    SYNTHETIC_SOURCE,
+    SourceMotion,
+    credit,
+    find_motion_files,
+    load_source_motions,
+    read_index,
+    unique_names,
+)
 from datasets.motion.clip import FPS, BodyMotion
 from datasets.retarget.joint_mapping import read_mapping
 from trainers.data.motion_config import RECONSTRUCTED, DataConfig
-from trainers.data.root_reconstruction import FAULTY_SYSTEMS, Roots
-from trainers.data.training_motions import wear_suits
-from trainers.evaluation.protocol import SHORTEST
+from trainers.data.root_reconstruction import IMU_SYSTEMS, RootSource
+from trainers.data.training_motions import simulate_suits
+from trainers.evaluation.protocol import MIN_CLIP_FRAMES
 
-OTHER_SEED = 1000  # added to a run's seed, so that synthetic performers are others than those it trained on
+SYNTHETIC_SEED_OFFSET = 1000  # added to a run's seed, so that synthetic performers are others than those it trained on
 
 
 @dataclass(frozen=True)
-class TestedClips:
+class EvaluationClips:
     """What is evaluated.
 
     Attributes:
@@ -27,8 +36,8 @@ class TestedClips:
         suited: What a simulated IMU suit makes of those that are no IMU recordings themselves.
         truths: For each suited clip the clip behind it.
         left_out: By name of a clip that is not evaluated, why.
-        roots: By name of a recorded clip whose root is not the file's, the model that gave it.
-        seen: By name of a recorded clip, "training" or "model selection" where that saw the clip or its performer.
+        root_models: By name of a recorded clip whose root is not the file's, the model that gave it.
+        seen_in: By name of a recorded clip, "training" or "model selection" where that saw the clip or its performer.
     """
 
     source: str
@@ -36,11 +45,11 @@ class TestedClips:
     suited: list[BodyMotion]
     truths: list[BodyMotion]
     left_out: dict[str, str]
-    roots: dict[str, str]
-    seen: dict[str, str]
+    root_models: dict[str, str]
+    seen_in: dict[str, str]
 
 
-def choose_clips(config: DataConfig, card: dict[str, Any], motions: list[str] | None, say: Callable[[str], None]) -> TestedClips:
+def choose_clips(config: DataConfig, card: dict[str, Any], motions: list[str] | None, log: Callable[[str], None]) -> EvaluationClips:
     """Return the clips to evaluate a policy on.
 
     Args:
@@ -48,38 +57,40 @@ def choose_clips(config: DataConfig, card: dict[str, Any], motions: list[str] | 
         card: Of its policy: ``clips`` and ``performers`` trained on, and ``held_out``, the performer of model selection.
         motions: Motion sources that the user names. By default, performers that a run on synthetic motion never saw, or
             else the clips of the performer that the run held out.
-        say: Told what happens now.
+        log: Told what happens now.
 
     Raises:
         InputError: If a source is bad, or nothing in it can be evaluated.
     """
-    source, found = _find(config, card, motions, say)
-    left_out = {one.clip.name: reason for one in found if (reason := _unfit(one.clip))}
+    source, found = _find(config, card, motions, log)
+    left_out = {one.clip.name: reason for one in found if (reason := _reason_unfit(one.clip))}
     fit = [one for one in found if one.clip.name not in left_out]
     if not fit:
-        raise InputError(f"{source}: none of {len(found)} clips is on flat ground and at least {SHORTEST / FPS:g} s long")
-    roots = Roots(config.roots == RECONSTRUCTED, say)
-    recorded, by_model = roots.of_recordings(fit)
-    suitable = [clip for clip in recorded if clip.system not in FAULTY_SYSTEMS]
-    say(f"putting {len(suitable)} clips through simulated suits")
-    suited, truths = wear_suits(suitable, DataConfig(), roots)
+        raise InputError(f"{source}: none of {len(found)} clips is on flat ground and at least {MIN_CLIP_FRAMES / FPS:g} s long")
+    roots = RootSource(config.root_source == RECONSTRUCTED, log)
+    recorded, by_model = roots.apply_to_recordings(fit)
+    suitable = [clip for clip in recorded if clip.system not in IMU_SYSTEMS]
+    log(f"putting {len(suitable)} clips through simulated suits")
+    suited, truths = simulate_suits(suitable, DataConfig(), roots)
     seen = {clip.name: by for clip in recorded if (by := _seen_by(clip, card))}
-    return TestedClips(source, recorded, suited, truths, left_out, by_model, seen)
+    return EvaluationClips(source, recorded, suited, truths, left_out, by_model, seen)
 
 
-def _find(config: DataConfig, card: dict[str, Any], motions: list[str] | None, say: Callable[[str], None]) -> tuple[str, list[Recorded]]:
+def _find(
+    config: DataConfig, card: dict[str, Any], motions: list[str] | None, log: Callable[[str], None]
+) -> tuple[str, list[SourceMotion]]:
     """Return the source of the clips in words, and the clips."""
-    seed = config.seed + OTHER_SEED
-    if motions is None and config.motions == SYNTHETIC:
-        return f"synthetic motion of seed {seed}", load_recordings(SYNTHETIC, seed=seed)
+    seed = config.seed + SYNTHETIC_SEED_OFFSET
+    if motions is None and config.motions == SYNTHETIC_SOURCE:
+        return f"synthetic motion of seed {seed}", load_source_motions(SYNTHETIC_SOURCE, seed=seed)
     if motions is None:
-        return f"{card['held_out']}, held out of {config.motions}", _read(_files_of(config, card["held_out"]), config, say)
+        return f"{card['held_out']}, held out of {config.motions}", _read(_files_of(config, card["held_out"]), config, log)
     files: dict[Path, Path] = {}  # by their true path, so that no file is read twice
     for source in motions:
-        files |= {path.resolve(): path for path in find_files(source)} if source != SYNTHETIC else {}
-    clips = _read(list(files.values()), config, say)
-    if SYNTHETIC in motions:
-        clips += load_recordings(SYNTHETIC, seed=seed)
+        files |= {path.resolve(): path for path in find_motion_files(source)} if source != SYNTHETIC_SOURCE else {}
+    clips = _read(list(files.values()), config, log)
+    if SYNTHETIC_SOURCE in motions:
+        clips += load_source_motions(SYNTHETIC_SOURCE, seed=seed)
     return ", ".join(motions), clips
 
 
@@ -87,7 +98,7 @@ def _files_of(config: DataConfig, performer: str) -> list[Path]:
     """Return the files of a performer in the run's motion source."""
     if performer == "none":
         raise InputError("the run held no performer out; name the clips to evaluate on with --motions PATH ...")
-    paths = find_files(config.motions)
+    paths = find_motion_files(config.motions)
     index = read_index(paths[0])
     files = [path for path in paths if credit(path, index).performer == performer]
     if not files:
@@ -95,22 +106,22 @@ def _files_of(config: DataConfig, performer: str) -> list[Path]:
     return files
 
 
-def _read(files: list[Path], config: DataConfig, say: Callable[[str], None]) -> list[Recorded]:
+def _read(files: list[Path], config: DataConfig, log: Callable[[str], None]) -> list[SourceMotion]:
     """Return the clips of files, under names that are unique."""
     mapping = read_mapping(config.mapping) if config.mapping else None
     clips = []
     for number, (file, name) in enumerate(zip(files, unique_names(files), strict=True), start=1):
-        say(f"reading {number}/{len(files)} {file}")
-        (one,) = load_recordings(file, mapping)
+        log(f"reading {number}/{len(files)} {file}")
+        (one,) = load_source_motions(file, mapping)
         clips.append(replace(one, clip=replace(one.clip, name=name)))
     return clips
 
 
-def _unfit(clip: BodyMotion) -> str:
+def _reason_unfit(clip: BodyMotion) -> str:
     """Return why a clip is not evaluated, "" if it is."""
     if clip.kind in ROUGH_GROUND_KINDS:
         return f"{clip.kind}: the simulated ground is flat"
-    return f"lasts {clip.seconds:.2f} s, under {SHORTEST / FPS:g} s" if len(clip) < SHORTEST else ""
+    return f"lasts {clip.seconds:.2f} s, under {MIN_CLIP_FRAMES / FPS:g} s" if len(clip) < MIN_CLIP_FRAMES else ""
 
 
 def _seen_by(clip: BodyMotion, card: dict[str, Any]) -> str:

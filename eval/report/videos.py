@@ -8,10 +8,10 @@ from rich.console import Console
 
 from datasets.motion.clip import FPS
 from envs.physics.protocol import FRAMES_PER_STEP
-from eval.metrics.rollout_motion import Performance
-from eval.pages.render import INSTALL_HINT, can_render, encode_mp4, poses, render_pair, save_picture
-from eval.report.evaluate import Track
-from eval.report.median_window import typical_window
+from eval.metrics.rollout_motion import RolloutMotion
+from eval.pages.render import INSTALL_HINT, can_render, encode_mp4, motion_to_qpos, render_pair, save_strip
+from eval.report.evaluate import ClipResults
+from eval.report.median_window import median_window
 
 
 class Video(NamedTuple):
@@ -22,7 +22,7 @@ class Video(NamedTuple):
     mp4: bytes
 
 
-def film(recorded: Track, console: Console) -> list[Video]:
+def render_videos(recorded: ClipResults, console: Console) -> list[Video]:
     """Return films of the best, the median and the worst clip by how long the agent lasts; none where nothing renders."""
     if not can_render():
         console.print(INSTALL_HINT)
@@ -33,30 +33,30 @@ def film(recorded: Track, console: Console) -> list[Video]:
     videos = []
     for clip, title in reversed(chosen.items()):
         with console.status(f"filming the {title} clip"):
-            videos.append(_film_clip(recorded, clip, title, float(ratios[clip])))
+            videos.append(_render_clip_video(recorded, clip, title, float(ratios[clip])))
     return videos
 
 
-def picture(recorded: Track, path: Path) -> None:
+def save_best_strip(recorded: ClipResults, path: Path) -> None:
     """Write a strip of moments of the best clip, the agent before its reference's ghost; nothing where nothing renders."""
     if not can_render():
         return
     ratios = [float(one.policy["episode_length_ratio"].mean()) for one in recorded.tracking]
     best = int(np.argmax(ratios))
-    one, reference = _typical(recorded, best)
+    one, reference = _median_rollout(recorded, best)
     shown = min(one.survived + 1, len(one.poses))
-    save_picture(path, reference[:shown], one.poses[:shown])
+    save_strip(path, reference[:shown], one.poses[:shown])
 
 
-def _typical(recorded: Track, clip: int) -> tuple[Performance, np.ndarray]:
+def _median_rollout(recorded: ClipResults, clip: int) -> tuple[RolloutMotion, np.ndarray]:
     """Return the performance of a clip's window that is most like the clip's mean, and the reference's poses beside it."""
-    one = typical_window(recorded, clip)
-    return one, poses(recorded.clips[clip])[one.frame :: FRAMES_PER_STEP][: len(one.poses)]
+    one = median_window(recorded, clip)
+    return one, motion_to_qpos(recorded.clips[clip])[one.frame :: FRAMES_PER_STEP][: len(one.poses)]
 
 
-def _film_clip(recorded: Track, clip: int, title: str, ratio: float) -> Video:
+def _render_clip_video(recorded: ClipResults, clip: int, title: str, ratio: float) -> Video:
     """Return the film of a clip's typical window."""
-    one, reference = _typical(recorded, clip)
+    one, reference = _median_rollout(recorded, clip)
     lost = np.arange(len(one.poses)) >= one.survived
     mp4 = encode_mp4(render_pair(reference, one.poses, FPS / FRAMES_PER_STEP, lost))
     seconds = one.survived * FRAMES_PER_STEP / FPS

@@ -6,14 +6,14 @@ from typing import Any
 
 from agents.policy.policy import Policy
 from configs.errors import InputError
-from configs.load import CONFIGS, load_config
+from configs.load import CONFIG_DIR, load_config
 from envs.mimic.spec import MimicSpec
 from trainers.algorithms.policy_file import load_policy
 from trainers.algorithms.ppo_config import PpoConfig
 
 
 @dataclass(frozen=True)
-class Run:
+class TrainedRun:
     """A training run's folder, its config and the policy that it kept."""
 
     folder: Path
@@ -23,7 +23,7 @@ class Run:
     spec: MimicSpec
 
 
-def load_run(folder: Path) -> Run:
+def load_run(folder: Path) -> TrainedRun:
     """Return a run.
 
     Args:
@@ -34,9 +34,9 @@ def load_run(folder: Path) -> Run:
     """
     if folder.is_file():
         policy, card, spec = load_policy(folder)
-        config = load_config(PpoConfig, CONFIGS / "clean.yaml")
-        return Run(folder.parent, replace(config, task=spec), policy, card, spec)
+        config = load_config(PpoConfig, CONFIG_DIR / "clean.yaml")
+        return TrainedRun(folder.parent, replace(config, task=spec), policy, card, spec)
     if not folder.is_dir():
         raise InputError(f"there is no run at {folder}; python -m trainers.ppo --config configs/mixed.yaml leaves one in runs/mixed")
     policy, card, spec = load_policy(folder / "best" / "policy.safetensors")
-    return Run(folder, load_config(PpoConfig, folder / "config.yaml"), policy, card, spec)
+    return TrainedRun(folder, load_config(PpoConfig, folder / "config.yaml"), policy, card, spec)

@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from configs.errors import InputError
-from eval.runs.training_spec import CONFIGS, Training
+from eval.runs.training_spec import CONFIG_DIR, Training
 
 _DONE = re.compile(r"^ *([\d.]+)%", re.MULTILINE)  # in a line of a training's progress
 _EVERY_SECONDS = 0.5
@@ -70,7 +70,7 @@ def _start(training: Training[Any], progress: Progress) -> _Running:
     with log.open("wb") as file:
         process = subprocess.Popen(
             command,
-            cwd=CONFIGS.parent,
+            cwd=CONFIG_DIR.parent,
             env={**os.environ, "OMP_NUM_THREADS": "1"},
             stdin=subprocess.DEVNULL,
             stdout=file,

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from configs.errors import InputError
-from configs.load import CONFIGS, load_config
+from configs.load import CONFIG_DIR, load_config
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.runs.checkpoint import load_newest
-from trainers.runs.progress import Clock
+from trainers.runs.progress import RunClock
 from trainers.supervised.lobstr_config import LobstrConfig
 from trainers.supervised.root_config import RootConfig
 
@@ -18,23 +18,23 @@ Config = TypeVar("Config", PpoConfig, RootConfig, LobstrConfig)
 
 
 @dataclass(frozen=True)
-class Program(Generic[Config]):
+class TrainingProgram(Generic[Config]):
     """A program that trains.
 
     Attributes:
         module: That is run.
         config: Class of its config.
-        leaves: Of a run: the file in its folder with the network that did best.
+        weights_file: Of a run: the file in its folder with the network that did best.
     """
 
     module: str
     config: type[Config]
-    leaves: str
+    weights_file: str
 
 
-SUPERVISED = Program("trainers.supervised", RootConfig, "best/model.safetensors")
-LOWER_BODY = Program("trainers.supervised", LobstrConfig, "best/model.safetensors")
-PPO = Program("trainers.ppo", PpoConfig, "best/policy.safetensors")
+ROOT_PROGRAM = TrainingProgram("trainers.supervised", RootConfig, "best/model.safetensors")
+LOBSTR_PROGRAM = TrainingProgram("trainers.supervised", LobstrConfig, "best/model.safetensors")
+PPO_PROGRAM = TrainingProgram("trainers.ppo", PpoConfig, "best/policy.safetensors")
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Training(Generic[Config]):
         runs: Folder of all runs, absolute.
     """
 
-    program: Program[Config]
+    program: TrainingProgram[Config]
     config: str
     overrides: tuple[str, ...]
     name: str
@@ -61,11 +61,11 @@ class Training(Generic[Config]):
         return self.runs / self.name
 
     @property
-    def network(self) -> Path:
+    def weights_path(self) -> Path:
         """The file with the network that did best."""
-        return self.folder / self.program.leaves
+        return self.folder / self.program.weights_file
 
-    def resolved(self) -> Config:
+    def resolve_config(self) -> Config:
         """Return the whole config.
 
         Raises:
@@ -73,25 +73,25 @@ class Training(Generic[Config]):
         """
         return load_config(self.program.config, self._file, self._typed())
 
-    def clock(self) -> Clock | None:
+    def clock(self) -> RunClock | None:
         """Return how far the run has come; None where there is none with this config that could go on."""
         written = self.folder / "config.yaml"
         newest = load_newest(self.folder / "checkpoints")
         if newest is None or not written.is_file() or not self._is_ours(written):
             return None
-        return Clock(**newest[0]["clock"])
+        return RunClock(**newest[0]["clock"])
 
     def _is_ours(self, written: Path) -> bool:
         """Return whether a run's config is this one's; one that an older version wrote may not even load."""
         try:
-            return load_config(self.program.config, written) == self.resolved()
+            return load_config(self.program.config, written) == self.resolve_config()
         except InputError:
             return False
 
     def is_done(self) -> bool:
         """Return whether the run has come to its end."""
         clock = self.clock()
-        return clock is not None and clock.progress(self.resolved()) >= 1.0 and self.network.is_file()
+        return clock is not None and clock.progress(self.resolve_config()) >= 1.0 and self.weights_path.is_file()
 
     def command(self) -> list[str]:
         """Return the command line that starts the run, or goes on with it."""
@@ -100,7 +100,7 @@ class Training(Generic[Config]):
 
     @property
     def _file(self) -> Path:
-        return CONFIGS / f"{self.config}.yaml"
+        return CONFIG_DIR / f"{self.config}.yaml"
 
     def _typed(self) -> list[str]:
         """Return all overrides, those of name and folder included."""
@@ -112,7 +112,7 @@ def run_name(row: str, seed: int) -> str:
     return f"{re.sub(r'[^a-z0-9]+', '_', row.lower())}_{seed}"
 
 
-def effort(training: Training[Any]) -> dict[str, float]:
+def training_cost(training: Training[Any]) -> dict[str, float]:
     """Return what a training took: samples and minutes on one core."""
     clock = training.clock()
     return {"samples": float(clock.samples), "minutes": clock.seconds / 60.0} if clock else {}

@@ -6,9 +6,9 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from configs.command import exit_code_of
-from configs.source_code import ROOT
-from eval.pages.output_files import check_out, write_whole
+from configs.command import run_command
+from configs.source_code import PROJECT_ROOT
+from eval.pages.output_files import check_writable, write_whole
 from eval.study.clean.study import clean_study
 from eval.study.lobstr.study import lobstr_study
 from eval.study.policy.study import configuration_study, mixture_study
@@ -26,7 +26,7 @@ STUDIES: dict[str, Callable[[Path, Path], Study]] = {
     "search": search_study,
     "suit": lambda data, out: Study(suit_study(data)),
 }
-DATA = ROOT.parent / "shared" / "data"
+DEFAULT_DATA_DIR = PROJECT_ROOT.parent / "shared" / "data"
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -34,13 +34,15 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m eval.study", description=__doc__)
     parser.add_argument("name", choices=sorted(STUDIES), help="which study")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for study.json and index.html")
-    parser.add_argument("--data", type=Path, default=DATA, metavar="DIR", help="folder of real motion (default: ../shared/data)")
+    parser.add_argument(
+        "--data", type=Path, default=DEFAULT_DATA_DIR, metavar="DIR", help="folder of real motion (default: ../shared/data)"
+    )
     options = parser.parse_args(arguments)
-    return exit_code_of(lambda: _run(options))
+    return run_command(lambda: _run(options))
 
 
 def _run(options: argparse.Namespace) -> None:
-    check_out(options.out)
+    check_writable(options.out)
     study = STUDIES[options.name](options.data, options.out)
     text = json.dumps(study.table, indent=2, allow_nan=False)
     options.out.mkdir(parents=True, exist_ok=True)

@@ -8,11 +8,11 @@ import pytest
 
 from configs.errors import InputError
 from configs.load import formerly, load_config, save_config
-from configs.source_code import ROOT
+from configs.source_code import PROJECT_ROOT
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.supervised.jobs import config_class
 
-CONFIGS = sorted((ROOT / "configs").glob("*.yaml"))
+CONFIGS = sorted((PROJECT_ROOT / "configs").glob("*.yaml"))
 
 
 @dataclass(frozen=True)
@@ -119,11 +119,11 @@ def test_adapt_is_the_thesis_s_table() -> None:
     # Table 4.3, and 35,000 epochs of 65,536 samples.
     config = load_config(PpoConfig, next(path for path in CONFIGS if path.name == "adapt.yaml"))
     learner, collect = config.learner, config.collect
-    assert (learner.gamma, learner.gae_lambda, learner.clip, learner.epochs) == (0.99, 0.95, 0.2, 6)
+    assert (learner.gamma, learner.gae_lambda, learner.clip_range, learner.epochs) == (0.99, 0.95, 0.2, 6)
     assert (collect.envs * collect.horizon, learner.minibatch) == (65536, 16384)
     assert (collect.envs, collect.horizon) == (4096, 16)
     assert learner.learning_rate == learner.final_learning_rate == 5e-5
-    assert learner.sigma**2 == pytest.approx(0.03)
+    assert learner.action_std**2 == pytest.approx(0.03)
     assert (config.network.hidden, config.network.activation) == ((1024, 1024, 512), "tanh")
     assert config.samples == 35_000 * 65_536
     assert (config.task.observation_size, config.task.action_size, config.task.smoothing) == (273, 20, 0.2)

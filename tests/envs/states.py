@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from datasets.library.motion_library import Observed, Reference, Rewarded, axis_velocity
 from datasets.motion.body_state import BodyState
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import NAMES, SKELETON, local_rotations
+from datasets.motion.humanoid import BODY_NAMES, SKELETON, rotations_from_hinges
 from datasets.motion.skeleton import forward_kinematics
 from envs.vector_env import AdaptMimicVectorEnv
 from tests.builders import STANDING, hinge, posed
@@ -26,12 +26,12 @@ def swaying(name: str, frames: int, speed: float) -> BodyMotion:
     for number, joint in enumerate(("upper_arm_l_x", "upper_arm_r_y", "spine_z", "head_y", "forearm_l_z")):
         hinges[:, hinge(joint)] = 0.3 * np.sin((2.0 + 0.5 * number) * time)
     root = motion.root_position + speed * time[:, None] * [1.0, 0.0, 0.0]
-    return replace(motion, name=name, root_position=root, local_rotations=local_rotations(motion.local_rotations[:, 0], hinges))
+    return replace(motion, name=name, root_position=root, local_rotations=rotations_from_hinges(motion.local_rotations[:, 0], hinges))
 
 
 def body(name: str) -> int:
     """Return the index of a body."""
-    return NAMES.index(name)
+    return BODY_NAMES.index(name)
 
 
 def t_pose() -> BodyState:

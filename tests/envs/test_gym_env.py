@@ -8,7 +8,7 @@ from gymnasium.wrappers.vector import RecordEpisodeStatistics
 
 import envs
 from datasets.library.motion_library import MotionLibrary
-from envs.gym_env import AdaptMimicEnv, motion_library
+from envs.gym_env import AdaptMimicEnv, load_motion_library
 from envs.vector_env import AdaptMimicVectorEnv
 from eval.pages.render import INSTALL_HINT, can_render
 
@@ -104,9 +104,9 @@ def test_libraries_of_a_source_are_packed_once(monkeypatch: pytest.MonkeyPatch) 
 
     calls = []
     monkeypatch.setattr("envs.gym_env.load_clips", lambda source: calls.append(source) or [posed({}, 20)])
-    assert motion_library("somewhere") is motion_library("somewhere")
+    assert load_motion_library("somewhere") is load_motion_library("somewhere")
     assert calls == ["somewhere"]
-    motion_library.cache_clear()
+    load_motion_library.cache_clear()
 
 
 def test_picture(library: MotionLibrary) -> None:

@@ -53,7 +53,7 @@ def test_a_step_never_waits_for_the_device(library: MotionLibrary, device: torch
     everything = {"com_error": True, "com_height": True, "preview": (1, 3), "feed_forward": True, "foot_slip": 0.1, "action_rate": 0.1}
     env = env_of(library, device, configuration=configuration, frame="heading", **everything)
     env.reset(seed=0)
-    env.assist = 0.2
+    env.assist_force_bw = 0.2
     taken = actions(env, 0, 3)
     env.step(taken[0])  # constants find their way to the device
     if device.type == "cuda":
@@ -87,7 +87,7 @@ def test_the_end_of_a_clip_truncates_and_begins_anew(library: MotionLibrary, dev
     assert info["tracking"]["sr90"][[0, 1, 3]].tolist() == [1.0, 1.0, 1.0]
     changed = (observation - info["final_obs"]).abs().amax(dim=1) > 0.0
     assert changed.tolist() == [True, True, False, True]
-    assert env.rows[2].item() == 480 + 40 + 8  # behind the first clip's 480 frames
+    assert env.library_rows[2].item() == 480 + 40 + 8  # behind the first clip's 480 frames
     assert (env._action[[0, 1, 3]] == 0.0).all()
 
 
@@ -164,7 +164,7 @@ def test_the_invisible_hand_leads_as_on_the_cpu(library: MotionLibrary, device: 
     ours, other = AdaptMimicVectorEnv(library, 4), env_of(library, device)
     for env in (ours, other):
         env.reset(options=starts)
-        env.assist = 0.5
+        env.assist_force_bw = 0.5
     without = AdaptMimicVectorEnv(library, 4)
     without.reset(options=starts)
     nothing = np.zeros((4, 20), np.float32)
@@ -179,7 +179,7 @@ def test_the_invisible_hand_leads_as_on_the_cpu(library: MotionLibrary, device: 
 def test_every_world_learns_where_to_start(library: MotionLibrary, device: torch.device) -> None:
     env = env_of(library, device)
     env.reset(seed=0, options={"clip": STROLL, "frame": [0, 0, 0, 0]})
-    assert (env.starts.failure_rate == 1.0).all()
+    assert (env.start_sampler.failure_rate == 1.0).all()
     for action in torch.zeros((44, 4, 20), device=device):
         env.step(action)
-    assert (env.starts.failure_rate < 1.0).any()
+    assert (env.start_sampler.failure_rate < 1.0).any()

@@ -10,7 +10,7 @@ from datasets.library.motion_library import MotionLibrary
 from datasets.motion.humanoid import HINGE_NAMES
 from envs.mimic.spec import REWARD_TERMS, MimicSpec
 from envs.physics.humanoid_mjcf import HINGE_KP, HINGE_KV
-from envs.physics.inverse_dynamics import feed_forward
+from envs.physics.inverse_dynamics import compute_feed_forward
 from envs.vector_env import AdaptMimicVectorEnv
 from tests.builders import posed
 from tests.envs.states import carry
@@ -119,7 +119,7 @@ def test_targets_are_the_references_angles_and_the_residuals(
     residual[[h for h in range(43) if task.configuration == "full" or _is_key(HINGE_NAMES[h])]] = 0.2 * task.action_scale
     expected = reference.hinges[0] + HINGE_KV / HINGE_KP * reference.hinge_vel[0] + residual
     if task.feed_forward:  # the env works it out where nobody has; an arm held out is told 0.033 rad
-        expected += feed_forward(library.start_pose[:480], library.start_vel[:480], 60.0)[42]
+        expected += compute_feed_forward(library.start_pose[:480], library.start_vel[:480], 60.0)[42]
         assert env.library.feed_forward is not None
         assert abs(env.library.feed_forward[42]).max() > 0.03
     assert np.allclose(seen[0][0], expected, atol=1e-6)
@@ -161,7 +161,7 @@ def test_worlds_go_on_from_others(library: MotionLibrary) -> None:
     other.set_state(env.get_state())
     env.branch(parents)
     # World 1 began in frame 40 of clip 1, the library's row 480 + 40, four steps of two frames ago; world 2 in frame 300 of clip 0.
-    assert env.rows.tolist() == [528, 308, 528]
+    assert env.library_rows.tolist() == [528, 308, 528]
     steps = [(env.step(action[parents]), other.step(action)) for action in actions(5, 3, seed=1)]
     for mine, theirs in steps:
         for one, another in zip(mine[:4], theirs[:4], strict=True):
@@ -332,7 +332,7 @@ def test_truth_is_anchored_at_the_start(library: MotionLibrary) -> None:
     clean = posed({}, 120)
     drift = clean.root_position + 0.6 * np.arange(120)[:, None] / 60.0 * [1.0, 0.0, 0.0]
     faulty = type(clean)(drift, clean.local_rotations, 60.0, "faulty")
-    env = AdaptMimicVectorEnv(MotionLibrary.of([faulty], [clean]), 1)
+    env = AdaptMimicVectorEnv(MotionLibrary.from_clips([faulty], [clean]), 1)
     env.reset(options=at([0], [60], frames=[10]))
     for _ in range(4):
         carry(env)

@@ -42,5 +42,7 @@ def tiny(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> PpoConfig:
     """Return the config of a small run on two standing performers."""
     clips = [standing("one", "ann"), standing("two", "bob", 130)]
     monkeypatch.setattr(sources, "load_clips", lambda *_, **__: clips)
-    monkeypatch.setattr("trainers.data.training_motions.load_recordings", lambda *_, **__: [sources.Recorded(clip) for clip in clips])
+    monkeypatch.setattr(
+        "trainers.data.training_motions.load_source_motions", lambda *_, **__: [sources.SourceMotion(clip) for clip in clips]
+    )
     return small_run("tiny", tmp_path / "runs")

@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
-from eval.benchmark.timing.process_tree import family
+from eval.benchmark.timing.process_tree import process_tree
 
 
 def descendants(ancestor: int, title: str = "") -> list[int]:
     """Return the processes below one whose command line begins with a title, in order of their numbers."""
-    return sorted(pid for pid in family(ancestor) if pid != ancestor and _title(pid).startswith(title))
+    return sorted(pid for pid in process_tree(ancestor) if pid != ancestor and _title(pid).startswith(title))
 
 
 def alive(pids: list[int]) -> list[int]:

@@ -31,18 +31,18 @@ def whole_and_in_parts(config: PpoConfig, monkeypatch: pytest.MonkeyPatch) -> tu
     """Return the folders of a run, and of the same stopped after four iterations and resumed."""
     whole = ppo.train(replace(config, name="whole"), resume=False)
 
-    class StopAfterFour(ppo.Stop):
+    class StopAfterFour(ppo.StopSignal):
         def __init__(self, say: Callable[[str], None]) -> None:
             super().__init__(say)
             self.asks = 0
 
         @property
-        def asked(self) -> bool:  # type: ignore[override]
+        def is_requested(self) -> bool:  # type: ignore[override]
             self.asks += 1
             return self.asks > 4  # asked before each iteration: the fourth is the last
 
     with monkeypatch.context() as patch:
-        patch.setattr(ppo, "Stop", StopAfterFour)
+        patch.setattr(ppo, "StopSignal", StopAfterFour)
         parts = ppo.train(replace(config, name="parts"), resume=False)
     assert final_state(parts)["clock"]["iteration"] == 4
     return whole, ppo.train(replace(config, name="parts"), resume=True)

@@ -7,9 +7,9 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from configs.command import exit_code_of
+from configs.command import run_command
 from configs.load import load_config, save_config
-from datasets.library.sources import Recorded
+from datasets.library.sources import SourceMotion
 from tests.trainers.conftest import small_run, standing
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.data import training_motions as motions
@@ -30,12 +30,12 @@ def main() -> None:
     folder, *settings = sys.argv[1:]
     written = Path(folder) / "small.yaml"
     save_config(small(Path(folder)), written)
-    ray_pool.LATE_SECONDS, ray_pool.HUNG_SECONDS = LATE_SECONDS, HUNG_SECONDS
-    clips = [Recorded(standing("one", "ann")), Recorded(standing("two", "bob", 130))]
-    motions.load_recordings = lambda *_, **__: clips
+    ray_pool.MIN_STRAGGLER_S, ray_pool.MIN_HANG_S = LATE_SECONDS, HUNG_SECONDS
+    clips = [SourceMotion(standing("one", "ann")), SourceMotion(standing("two", "bob", 130))]
+    motions.load_source_motions = lambda *_, **__: clips
     config = load_config(PpoConfig, written, [text for text in settings if text != "--resume"])
     ppo.train(config, "--resume" in settings)
 
 
 if __name__ == "__main__":
-    sys.exit(exit_code_of(main))
+    sys.exit(run_command(main))

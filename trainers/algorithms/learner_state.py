@@ -8,7 +8,7 @@ import torch
 from torch import nn
 
 
-def arrays_of(tensors: Mapping[str, torch.Tensor]) -> dict[str, np.ndarray]:
+def numpy_copies(tensors: Mapping[str, torch.Tensor]) -> dict[str, np.ndarray]:
     """Return copies of tensors by name, as arrays, which checkpoints hold and Ray hands over without copies of its own."""
     return {name: tensor.cpu().numpy().copy() for name, tensor in tensors.items()}
 
@@ -19,8 +19,8 @@ def get_state(network: nn.Module, optimiser: torch.optim.Optimizer, random: torc
         f"{index}/{name}": value for index, state in optimiser.state_dict()["state"].items() for name, value in state.items()
     }  # fmt: skip
     return {
-        "network": arrays_of(network.state_dict()),
-        "optimiser": arrays_of(moments),
+        "network": numpy_copies(network.state_dict()),
+        "optimiser": numpy_copies(moments),
         "random": random.get_state().numpy(),
     }
 

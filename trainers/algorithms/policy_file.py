@@ -6,11 +6,11 @@ from typing import Any
 
 from agents.policy.policy import Policy
 from configs.errors import InputError
-from envs.mimic.spec import PRICES, MimicSpec
+from envs.mimic.spec import PENALTY_FIELDS, MimicSpec
 from trainers.algorithms.ppo_config import PpoConfig
 
-INITIAL = "initial.safetensors"  # in a run's folder: the policy that it began with, if that was not a fresh one
-CARD = {"task", "motions", "clips", "performers", "held_out", "samples", "hours", "code"}  # what is read of a policy's card
+INITIAL_POLICY_FILE = "initial.safetensors"  # in a run's folder: the policy that it began with, if that was not a fresh one
+REQUIRED_CARD_KEYS = {"task", "motions", "clips", "performers", "held_out", "samples", "hours", "code"}  # what is read of a policy's card
 
 
 def load_policy(path: Path) -> tuple[Policy, dict[str, Any], MimicSpec]:
@@ -20,7 +20,7 @@ def load_policy(path: Path) -> tuple[Policy, dict[str, Any], MimicSpec]:
         InputError: If there is none at ``path``, or none that fits this code.
     """
     policy, card = Policy.load(path)
-    lacks = CARD - set(card)
+    lacks = REQUIRED_CARD_KEYS - set(card)
     if lacks:
         raise InputError(f"the policy {path} says nothing of its {', '.join(sorted(lacks))}; train it anew")
     try:
@@ -34,7 +34,7 @@ def load_policy(path: Path) -> tuple[Policy, dict[str, Any], MimicSpec]:
     return policy, card, spec
 
 
-def initial_policy(config: PpoConfig) -> tuple[Policy, dict[str, Any]] | None:
+def load_initial_policy(config: PpoConfig) -> tuple[Policy, dict[str, Any]] | None:
     """Return the policy of a file that a training begins with, and its card; None where it begins with a fresh one.
 
     Raises:
@@ -43,7 +43,7 @@ def initial_policy(config: PpoConfig) -> tuple[Policy, dict[str, Any]] | None:
     if not config.init:
         return None
     policy, card, spec = load_policy(Path(config.init))
-    own = {f"task.{field.name}": getattr(spec, field.name) for field in fields(spec) if field.name not in PRICES}
+    own = {f"task.{field.name}": getattr(spec, field.name) for field in fields(spec) if field.name not in PENALTY_FIELDS}
     own |= {f"network.{name}": policy.shape[name] for name in ("hidden", "activation")}
     wanted = {f"task.{name}": value for name, value in asdict(config.task).items()}
     wanted |= {"network.hidden": list(config.network.hidden), "network.activation": config.network.activation}

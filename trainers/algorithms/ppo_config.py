@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from configs.errors import require
+from configs.load import formerly
 from envs.mimic.spec import MimicSpec
 from trainers.data.motion_config import DataConfig
 
@@ -36,7 +37,7 @@ class CollectConfig:
         envs: Worlds of each actor.
         threads: Native threads of each actor that step its worlds.
         horizon: Steps of each world in a rollout.
-        assist: Largest force of an invisible hand that leads the root at the start [body weights]; it is gone halfway through.
+        assist_force_bw: Largest force of an invisible hand that leads the root at the start [body weights]; it is gone halfway through.
         overlap: Whether actors collect the next rollout while the learner learns from the last, with the weights of one update before.
     """
 
@@ -44,7 +45,7 @@ class CollectConfig:
     envs: int = 4096
     threads: int = 2
     horizon: int = 16
-    assist: float = 0.0
+    assist_force_bw: float = formerly("assist", 0.0)
     overlap: bool = False
 
     def __post_init__(self) -> None:
@@ -52,7 +53,7 @@ class CollectConfig:
         require(self.actors >= 0, "collect.actors", self.actors, "0 or more")
         for name in ("envs", "threads", "horizon"):
             require(getattr(self, name) >= 1, f"collect.{name}", getattr(self, name), "1 or more")
-        require(self.assist >= 0.0, "collect.assist", self.assist, "0 or more [body weights]")
+        require(self.assist_force_bw >= 0.0, "collect.assist_force_bw", self.assist_force_bw, "0 or more [body weights]")
         require(not self.overlap or self.actors >= 1, "collect.overlap", "true without actors", "false, or collect.actors 1 or more")
 
 
@@ -75,13 +76,13 @@ class LearnerConfig:
     Attributes:
         gamma: Discount factor.
         gae_lambda: Trace decay of the advantages.
-        clip: Clipping of PPO's ratio.
+        clip_range: Clipping of PPO's ratio.
         epochs: Passes over each batch.
         minibatch: Samples in a minibatch.
         learning_rate: Of Adam, at the start.
         final_learning_rate: At the end; linear in between.
-        sigma: Standard deviation of the actions, fixed (variance 0.03 in the thesis).
-        final_sigma: At the end of training; linear in between.
+        action_std: Standard deviation of the actions, fixed (variance 0.03 in the thesis).
+        final_action_std: At the end of training; linear in between.
         value_weight: Of the value's loss beside the policy's.
         max_grad_norm: Gradients are shortened to this norm.
         target_kl: An update's passes end once the policy has moved this far; 0 never ends them.
@@ -92,13 +93,13 @@ class LearnerConfig:
 
     gamma: float = 0.99
     gae_lambda: float = 0.95
-    clip: float = 0.2
+    clip_range: float = formerly("clip", 0.2)
     epochs: int = 6
     minibatch: int = 16384
     learning_rate: float = 5e-5
     final_learning_rate: float = 5e-5
-    sigma: float = 0.03**0.5
-    final_sigma: float = 0.03**0.5
+    action_std: float = formerly("sigma", 0.03**0.5)
+    final_action_std: float = formerly("final_sigma", 0.03**0.5)
     value_weight: float = 1.0
     max_grad_norm: float = 1.0
     target_kl: float = 0.0
@@ -108,14 +109,14 @@ class LearnerConfig:
         """Check the values."""
         for name in ("gamma", "gae_lambda"):
             require(0.0 <= getattr(self, name) <= 1.0, f"learner.{name}", getattr(self, name), "from 0 to 1")
-        for name in ("clip", "learning_rate", "sigma", "final_sigma", "max_grad_norm"):
+        for name in ("clip_range", "learning_rate", "action_std", "final_action_std", "max_grad_norm"):
             require(getattr(self, name) > 0.0, f"learner.{name}", getattr(self, name), "above 0")
         for name in ("epochs", "minibatch", "threads"):
             require(getattr(self, name) >= 1, f"learner.{name}", getattr(self, name), "1 or more")
 
-    def sigma_at(self, progress: float) -> float:
+    def action_std_at(self, progress: float) -> float:
         """Return the actions' standard deviation at a share ``progress`` of the training."""
-        return self.sigma + progress * (self.final_sigma - self.sigma)
+        return self.action_std + progress * (self.final_action_std - self.action_std)
 
     def learning_rate_at(self, progress: float) -> float:
         """Return Adam's rate at a share ``progress`` of the training."""

@@ -8,14 +8,14 @@ import torch
 from agents.policy.distribution import kl_divergence, log_prob
 from configs.errors import RunError
 from trainers.algorithms.gae import gae
-from trainers.algorithms.learner_state import arrays_of, get_state, set_state
-from trainers.algorithms.policy_factory import fresh_policy
+from trainers.algorithms.learner_state import get_state, numpy_copies, set_state
+from trainers.algorithms.policy_factory import make_policy
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.algorithms.ppo_loss import policy_loss, value_loss
 from trainers.algorithms.rollout import Rollout
-from trainers.runs.device import device_of, quick_products
+from trainers.runs.device import allow_tf32, resolve_device
 
-_STEP_TELLS = ("policy_loss", "value_loss", "kl", "clip_fraction", "grad_norm")
+_STEP_DIAGNOSTICS = ("policy_loss", "value_loss", "kl", "clip_fraction", "grad_norm")
 
 
 class DivergedError(RunError):
@@ -29,14 +29,14 @@ class PpoLearner:
         """Build policy and optimiser from the run's seed."""
         torch.manual_seed(config.seed)
         self.config = config.learner
-        self.device = device_of(config.device)
-        self.policy = fresh_policy(config, self.device)
+        self.device = resolve_device(config.device)
+        self.policy = make_policy(config, self.device)
         self.optimiser = torch.optim.Adam(self.policy.parameters(), lr=self.config.learning_rate, eps=1e-5, fused=True)
         self.random = torch.Generator().manual_seed(config.seed)  # of the CPU: a run may go on on another device
 
     def weights(self) -> dict[str, np.ndarray]:
         """Return a copy of the policy's weights, normaliser included."""
-        return arrays_of(self.policy.state_dict())
+        return numpy_copies(self.policy.state_dict())
 
     def update(self, rollouts: list[Rollout], progress: float) -> dict[str, float]:
         """Improve the policy on rollouts that it collected.
@@ -51,8 +51,8 @@ class PpoLearner:
         Raises:
             DivergedError: If the policy's numbers are no longer finite.
         """
-        with quick_products(self.device):
-            return self._learn([rollout.on(self.device) for rollout in rollouts], progress)
+        with allow_tf32(self.device):
+            return self._learn([rollout.to_device(self.device) for rollout in rollouts], progress)
 
     def _learn(self, rollouts: list[Rollout], progress: float) -> dict[str, float]:
         """Improve the policy on rollouts that are on the device; return diagnostics."""
@@ -61,7 +61,7 @@ class PpoLearner:
         observations = batch.pop("observations")
         batch["observed"] = self.policy.normaliser(observations)  # with the statistics that it was collected with, before they change
         self.policy.normaliser.update(observations)
-        sigma, size, rate = self.config.sigma_at(progress), len(observations), self.config.learning_rate_at(progress)
+        sigma, size, rate = self.config.action_std_at(progress), len(observations), self.config.learning_rate_at(progress)
         for group in self.optimiser.param_groups:
             group["lr"] = rate
         steps: list[list[float]] = []
@@ -74,11 +74,11 @@ class PpoLearner:
             ]
             steps += torch.stack(passed).tolist()  # the only wait for a GPU in a pass
             if not np.isfinite(steps).all():
-                raise DivergedError(f"the policy's numbers are no longer finite: {dict(zip(_STEP_TELLS, steps[-1], strict=True))}")
-            kl = float(np.mean([step[_STEP_TELLS.index("kl")] for step in steps[-len(passed) :]]))
+                raise DivergedError(f"the policy's numbers are no longer finite: {dict(zip(_STEP_DIAGNOSTICS, steps[-1], strict=True))}")
+            kl = float(np.mean([step[_STEP_DIAGNOSTICS.index("kl")] for step in steps[-len(passed) :]]))
             if self.config.target_kl and kl > self.config.target_kl:
                 break
-        means = dict(zip(_STEP_TELLS, np.mean(steps, axis=0).tolist(), strict=True))
+        means = dict(zip(_STEP_DIAGNOSTICS, np.mean(steps, axis=0).tolist(), strict=True))
         target = batch["targets"]
         unexplained = (target - batch["values"]).var() / target.var().clamp_min(1e-12)
         return {
@@ -91,18 +91,18 @@ class PpoLearner:
         }
 
     def _step(self, part: dict[str, torch.Tensor], sigma: float) -> torch.Tensor:
-        """Learn from a minibatch; return the numbers that ``_STEP_TELLS`` names."""
+        """Learn from a minibatch; return the numbers that ``_STEP_DIAGNOSTICS`` names."""
         mean = self.policy.actor(part["observed"])
         value = self.policy.critic(part["observed"]).squeeze(-1)
         now = log_prob(mean, sigma, part["actions"])
-        for_policy = policy_loss(now, part["log_probs"], part["advantages"], self.config.clip)
+        for_policy = policy_loss(now, part["log_probs"], part["advantages"], self.config.clip_range)
         for_value = value_loss(value, part["targets"])
         self.optimiser.zero_grad(set_to_none=True)
         (for_policy + self.config.value_weight * for_value).backward()
         norm = torch.nn.utils.clip_grad_norm_(self.policy.parameters(), self.config.max_grad_norm)
         self.optimiser.step()
         with torch.no_grad():
-            clipped = ((now - part["log_probs"]).exp() - 1.0).abs() > self.config.clip
+            clipped = ((now - part["log_probs"]).exp() - 1.0).abs() > self.config.clip_range
             kl = kl_divergence(part["means"], mean, sigma).mean()
             return torch.stack([for_policy, for_value, kl, clipped.float().mean(), norm])
 

@@ -5,7 +5,7 @@ from typing import NamedTuple, Self
 import numpy as np
 import torch
 
-from datasets.motion.rotation import Array, namespace
+from datasets.motion.rotation import Array, array_namespace
 
 
 class RolloutReport(NamedTuple):
@@ -54,7 +54,7 @@ class Step(NamedTuple):
     @property
     def ended(self) -> Array:
         """Whether the step was an episode's last, shape (N,)."""
-        return namespace(self.terminated).logical_or(self.terminated, self.truncated)
+        return array_namespace(self.terminated).logical_or(self.terminated, self.truncated)
 
 
 class Rollout(NamedTuple):
@@ -82,9 +82,11 @@ class Rollout(NamedTuple):
         """Number of control steps."""
         return self.next_values.shape[0] * self.next_values.shape[1]
 
-    def on(self, device: torch.device) -> Self:
+    def to_device(self, device: torch.device) -> Self:
         """Return the rollout as tensors on a device; on the CPU they share the memory of its arrays, unless these may not be written to."""
-        return self._replace(steps=Step(*(_on(part, device) for part in self.steps)), next_values=_on(self.next_values, device))
+        return self._replace(
+            steps=Step(*(_to_device(part, device) for part in self.steps)), next_values=_to_device(self.next_values, device)
+        )
 
     def report(self, seconds: float) -> RolloutReport:
         """Return what there is to tell of a rollout that took so long."""
@@ -93,14 +95,14 @@ class Rollout(NamedTuple):
         )
 
 
-def empty_steps(steps: int, worlds: int, observation_size: int, action_size: int) -> Step:
+def empty_steps(num_steps: int, num_envs: int, observation_size: int, action_size: int) -> Step:
     """Return arrays of T steps of N worlds, to be filled."""
     floats = (observation_size,), (action_size,), (action_size,), (), (), ()
-    rows = [np.empty((steps, worlds, *shape), np.float32) for shape in floats]
-    return Step(*rows, *(np.empty((steps, worlds), bool) for _ in ("terminated", "truncated")))
+    rows = [np.empty((num_steps, num_envs, *shape), np.float32) for shape in floats]
+    return Step(*rows, *(np.empty((num_steps, num_envs), bool) for _ in ("terminated", "truncated")))
 
 
-def _on(array: Array, device: torch.device) -> Array:
+def _to_device(array: Array, device: torch.device) -> Array:
     """Return an array as a tensor on a device."""
     if not isinstance(array, np.ndarray):
         return array

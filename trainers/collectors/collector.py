@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from trainers.algorithms.policy_factory import fresh_policy
+from trainers.algorithms.policy_factory import make_policy
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.algorithms.rollout import Rollout, RolloutReport
 
@@ -15,37 +15,37 @@ from trainers.algorithms.rollout import Rollout, RolloutReport
 class Collector(ABC):
     """Steps its worlds with the newest policy."""
 
-    def __init__(self, config: PpoConfig, env: Any, device: torch.device, place: int = 0, life: int = 0) -> None:
+    def __init__(self, config: PpoConfig, env: Any, device: torch.device, worker_index: int = 0, restarts: int = 0) -> None:
         """Begin the first episodes.
 
         Args:
             config: Of the run.
             env: Vector env, of arrays or of tensors.
             device: Of the policy.
-            place: Of this collector among all, part of its seed.
-            life: How many held the place before, part of its seed: whoever takes a place over does not repeat what was collected there.
+            worker_index: Of this collector among all, part of its seed.
+            restarts: How many held the place before, part of its seed: whoever takes a place over does not repeat what was collected there.
         """
         self._horizon = config.collect.horizon
         self.env = env
-        self.policy = fresh_policy(config, device)
-        seeds = np.random.SeedSequence((config.seed, place, life)).generate_state(2)
+        self.policy = make_policy(config, device)
+        seeds = np.random.SeedSequence((config.seed, worker_index, restarts)).generate_state(2)
         self._random = torch.Generator(device).manual_seed(int(seeds[0]))
         self._observation, _ = self.env.reset(seed=int(seeds[1]))
 
     @abstractmethod
-    def collect(self, weights: dict[str, np.ndarray], sigma: float, assist: float) -> Rollout:
+    def collect(self, weights: dict[str, np.ndarray], sigma: float, max_assist_bw: float) -> Rollout:
         """Return one rollout of the policy.
 
         Args:
             weights: Of the policy.
             sigma: Standard deviation of its actions.
-            assist: Largest force of the invisible hand [body weights].
+            max_assist_bw: Largest force of the invisible hand [body weights].
         """
 
-    def collect_and_report(self, weights: dict[str, np.ndarray], sigma: float, assist: float) -> tuple[Rollout, RolloutReport]:
+    def collect_and_report(self, weights: dict[str, np.ndarray], sigma: float, max_assist_bw: float) -> tuple[Rollout, RolloutReport]:
         """Return one rollout and what there is to tell of it; as two objects of Ray's, of which the second is small."""
         begin = time.monotonic()
-        rollout = self.collect(weights, sigma, assist)
+        rollout = self.collect(weights, sigma, max_assist_bw)
         return rollout, rollout.report(time.monotonic() - begin)
 
     def is_ready(self) -> bool:

@@ -13,67 +13,67 @@ from trainers.algorithms.rollout import Rollout, Step, empty_steps
 from trainers.collectors.collector import Collector
 
 
-class RolloutActor(Collector):
+class CpuCollector(Collector):
     """Steps worlds that MuJoCo simulates on threads."""
 
     def __init__(
         self,
         config: PpoConfig,
-        place: int,
-        life: int,
+        worker_index: int,
+        restarts: int,
         clips: tuple[ClipInfo, ...],
         arrays: dict[str, np.ndarray],
         fps: float,
-        weights: np.ndarray,
+        clip_weights: np.ndarray,
     ) -> None:
         """Build envs and policy.
 
         Args:
             config: Of the run.
-            place: Of this collector among all, part of its seed.
-            life: How many held the place before, part of its seed: whoever takes a place over does not repeat what was collected there.
+            worker_index: Of this collector among all, part of its seed.
+            restarts: How many held the place before, part of its seed: whoever takes a place over does not repeat what was collected there.
             clips: Of the motion library.
             arrays: Of the motion library; plain arrays, so that Ray shares their memory among actors.
             fps: Of the motion library.
-            weights: How often each clip is drawn.
+            clip_weights: How often each clip is drawn.
         """
         self._threads = config.collect.threads
         library = MotionLibrary.from_arrays(clips, arrays, fps)
         env = AdaptMimicVectorEnv(
-            library, config.collect.envs, config.task, config.collect.threads, clip_weights=weights, adaptive_starts=True
+            library, config.collect.envs, config.task, config.collect.threads, clip_weights=clip_weights, adaptive_starts=True
         )  # fmt: skip
-        super().__init__(config, env, CPU, place, life)
+        super().__init__(config, env, CPU, worker_index, restarts)
 
     @torch.inference_mode()
-    def collect(self, weights: dict[str, np.ndarray], sigma: float, assist: float) -> Rollout:
+    def collect(self, weights: dict[str, np.ndarray], sigma: float, max_assist_bw: float) -> Rollout:
         """Return one rollout of the policy, as arrays; see ``Collector.collect``."""
         torch.set_num_threads(self._threads)  # the learner, in this process or not, sets its own
-        self.env.assist = assist
+        self.env.assist_force_bw = max_assist_bw
         self.policy.load_state_dict({name: torch.tensor(array) for name, array in weights.items()})
         steps = empty_steps(self._horizon, self.env.num_envs, self.env.task.observation_size, self.env.task.action_size)
-        cut_short = [self._observation[:0]]
+        final_observations = [self._observation[:0]]
         episodes: dict[str, list[np.ndarray]] = {name: [] for name in TRACKING_METRICS}
         terms: dict[str, float] = {}
         failures = self.env.physics_failures
         for t in range(self._horizon):
             mean, value = self.policy(torch.from_numpy(self._observation))
             action = mean + sigma * torch.randn(mean.shape, generator=self._random)
-            after, rewards, terminated, truncated, info = self.env.step(action.numpy())
+            next_observation, rewards, terminated, truncated, info = self.env.step(action.numpy())
             step = Step(self._observation, action, mean, log_prob(mean, sigma, action), value, rewards, terminated, truncated)
             for array, row in zip(steps, step, strict=True):
                 array[t] = row
             if "final_obs" in info:
-                cut_short.append(info["final_obs"][truncated])
+                final_observations.append(info["final_obs"][truncated])
                 for name, found in episodes.items():
                     found.append(info["tracking"][name][info["_tracking"]])
             for key, value in info.items():
                 if key.startswith("reward/"):
                     terms[key] = terms.get(key, 0.0) + float(value.mean()) / self._horizon
-            self._observation = after
+            self._observation = next_observation
         last_values = self.policy.value(torch.from_numpy(self._observation)).numpy()
         next_values = np.concat([steps.values[1:], last_values[None]])
         next_values[steps.terminated] = 0.0
-        next_values[steps.truncated] = self.policy.value(torch.from_numpy(np.concat(cut_short))).numpy()
+        next_values[steps.truncated] = self.policy.value(torch.from_numpy(np.concat(final_observations))).numpy()
         return Rollout(
             steps,
             next_values,

@@ -10,10 +10,10 @@ from envs.torch_env import AdaptMimicTorchEnv
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.algorithms.rollout import Rollout, Step
 from trainers.collectors.collector import Collector
-from trainers.runs.device import device_of, quick_products
+from trainers.runs.device import allow_tf32, resolve_device
 
 
-class DeviceCollector(Collector):
+class GpuCollector(Collector):
     """Steps worlds that mujoco-warp simulates on the learner's device."""
 
     def __init__(self, config: PpoConfig, library: MotionLibrary, clip_weights: np.ndarray) -> None:
@@ -27,14 +27,14 @@ class DeviceCollector(Collector):
         Raises:
             InputError: If mujoco-warp is not installed, or cannot work with the GPU's driver.
         """
-        self._device = device_of(config.device)
+        self._device = resolve_device(config.device)
         env = AdaptMimicTorchEnv(library, config.collect.envs, config.task, self._device, clip_weights, adaptive_starts=True)
         super().__init__(config, env, self._device)
 
     @torch.no_grad()
-    def collect(self, weights: dict[str, np.ndarray], sigma: float, assist: float) -> Rollout:
+    def collect(self, weights: dict[str, np.ndarray], sigma: float, max_assist_bw: float) -> Rollout:
         """Return one rollout of the policy, as tensors on the device; see ``Collector.collect``."""
-        self.env.assist = assist
+        self.env.assist_force_bw = max_assist_bw
         self.policy.load_state_dict({name: torch.tensor(array) for name, array in weights.items()})
         steps: list[Step] = []
         next_values: list[torch.Tensor] = []
@@ -42,16 +42,16 @@ class DeviceCollector(Collector):
         terms: list[dict[str, torch.Tensor]] = []
         failures = self.env.physics_failures.clone()
         for _ in range(self._horizon):
-            with quick_products(self._device):
+            with allow_tf32(self._device):
                 mean, value = self.policy(self._observation)
             action = mean + sigma * torch.randn(mean.shape, generator=self._random, device=self._device)
-            after, rewards, terminated, truncated, info = self.env.step(action)
-            with quick_products(self._device):
+            next_observation, rewards, terminated, truncated, info = self.env.step(action)
+            with allow_tf32(self._device):
                 next_values.append(self.policy.value(info["final_obs"]).masked_fill(terminated, 0.0))
             steps.append(Step(self._observation, action, mean, log_prob(mean, sigma, action), value, rewards, terminated, truncated))
             ends.append({"ended": info["_tracking"], **info["tracking"]})
             terms.append({name: term.mean() for name, term in info.items() if name.startswith("reward/")})
-            self._observation = after
+            self._observation = next_observation
         ended = torch.stack([end["ended"] for end in ends])
         return Rollout(
             Step(*map(torch.stack, zip(*steps, strict=True))),

@@ -8,11 +8,11 @@ from datasets.library.motion_library import MotionLibrary
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.algorithms.rollout import RolloutReport
 from trainers.collectors.collector import Collector
-from trainers.collectors.cpu_collector import RolloutActor
-from trainers.collectors.gpu_collector import DeviceCollector
+from trainers.collectors.cpu_collector import CpuCollector
+from trainers.collectors.gpu_collector import GpuCollector
 
 
-class Collected(NamedTuple):
+class CollectedRollouts(NamedTuple):
     """What the collectors brought.
 
     Attributes:
@@ -32,7 +32,7 @@ class Collected(NamedTuple):
 class RolloutPool(Protocol):
     """All collectors of a run."""
 
-    def collect(self, weights: Any, sigma: float, assist: float = 0.0) -> Collected:
+    def collect(self, weights: Any, sigma: float, max_assist_bw: float = 0.0) -> CollectedRollouts:
         """Return new rollouts; the arguments are those of ``Collector.collect``."""
         ...
 
@@ -57,14 +57,14 @@ class LocalPool:
             clip_weights: How often each clip is drawn, shape (clips,).
         """
         if config.physics == "warp":
-            self._collector: Collector = DeviceCollector(config, library, clip_weights)
+            self._collector: Collector = GpuCollector(config, library, clip_weights)
         else:
-            self._collector = RolloutActor(config, 0, 0, library.clips, library.arrays(), library.fps, clip_weights)
+            self._collector = CpuCollector(config, 0, 0, library.clips, library.arrays(), library.fps, clip_weights)
 
-    def collect(self, weights: dict[str, np.ndarray], sigma: float, assist: float = 0.0) -> Collected:
+    def collect(self, weights: dict[str, np.ndarray], sigma: float, max_assist_bw: float = 0.0) -> CollectedRollouts:
         """Return one rollout."""
-        rollout, report = self._collector.collect_and_report(weights, sigma, assist)
-        return Collected([rollout], [report])
+        rollout, report = self._collector.collect_and_report(weights, sigma, max_assist_bw)
+        return CollectedRollouts([rollout], [report])
 
     def get_state(self) -> dict[str, Any]:
         """Return the collector's state."""

@@ -6,27 +6,27 @@ from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
 
-from agents.weights.pretrained import WEIGHTS
-from configs.source_code import ROOT, imported_files
-from datasets.library.sources import SYNTHETIC, find_files, read_index
+from agents.weights.pretrained import WEIGHTS_FOLDER
+from configs.source_code import PROJECT_ROOT, imported_files
+from datasets.library.sources import SYNTHETIC_SOURCE, find_motion_files, read_index
 
 
-def fingerprint(settings: Mapping[str, object], source: str, mapping: str, prepared_by: str, root: Path = ROOT) -> str:
+def fingerprint(settings: Mapping[str, object], source: str, mapping: str, module_name: str, root: Path = PROJECT_ROOT) -> str:
     """Return a key of settings, motion files, their credits and the code that prepares them.
 
     Args:
         settings: JSON values that the preparation depends on.
         source: Motion source.
         mapping: File that names joints; none if empty.
-        prepared_by: Module that prepares the motion, such as its ``__name__``; every file that it imports counts.
+        module_name: Module that prepares the motion, such as its ``__name__``; every file that it imports counts.
         root: Folder that holds the project's packages.
     """
     digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode())
     digest.update(", ".join(f"{name} {version(name)}" for name in ("mujoco", "numpy", "scipy", "torch", "vqf")).encode())
-    files, folder = find_files(source) if source != SYNTHETIC else [], Path(source)
+    files, folder = find_motion_files(source) if source != SYNTHETIC_SOURCE else [], Path(source)
     named = {str(file.relative_to(folder) if folder.is_dir() else file.name): file for file in files}
-    named |= {file.relative_to(root).as_posix(): file for file in imported_files(prepared_by, root=root)}
-    weights = sorted(WEIGHTS.glob("*.safetensors"))  # roots may be a model's
+    named |= {file.relative_to(root).as_posix(): file for file in imported_files(module_name, root=root)}
+    weights = sorted(WEIGHTS_FOLDER.glob("*.safetensors"))  # roots may be a model's
     named |= {file.name: file for file in [*weights, Path(mapping)] if file.is_file()}
     for name, file in named.items():
         digest.update(name.encode())

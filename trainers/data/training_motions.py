@@ -9,19 +9,19 @@ import numpy as np
 from configs.errors import InputError
 from datasets.imu.suit_simulation import simulate_suit
 from datasets.library.motion_library import MotionLibrary
-from datasets.library.sources import ROUGH_GROUND_KINDS, SYNTHETIC, Recorded, load_clips, load_recordings
-from datasets.library.splits import choose_holdout, clip_weights, identity
+from datasets.library.sources import ROUGH_GROUND_KINDS, SYNTHETIC_SOURCE, SourceMotion, load_clips, load_source_motions
+from datasets.library.splits import clip_sampling_weights, clips_fingerprint, resolve_holdout
 from datasets.motion.clip import BodyMotion
-from datasets.motion.discontinuities import cut_at_jumps
-from datasets.motion.mirror import mirrored
+from datasets.motion.discontinuities import split_at_discontinuities
+from datasets.motion.mirror import mirror_motion
 from datasets.retarget.joint_mapping import read_mapping
 from envs.physics.inverse_dynamics import with_feed_forward
 from trainers.data.fingerprint import fingerprint
 from trainers.data.motion_cache import read_prepared, write_prepared
 from trainers.data.motion_config import CLEAN, RECONSTRUCTED, DataConfig
-from trainers.data.root_reconstruction import FAULTY_SYSTEMS, Roots
+from trainers.data.root_reconstruction import IMU_SYSTEMS, RootSource
 
-SHORTEST = 1.0  # s; from less nothing can be learnt
+MIN_CLIP_S = 1.0  # s; from less nothing can be learnt
 
 
 @dataclass(frozen=True)
@@ -43,16 +43,16 @@ class PreparedMotions:
     @property
     def identity(self) -> str:
         """What tells this motion from another: a resumed run must go on with the same."""
-        return identity((*self.training.clips, *self.holdout.clips))
+        return clips_fingerprint((*self.training.clips, *self.holdout.clips))
 
 
-def prepare_motions(config: DataConfig, cache: Path, say: Callable[[str], None]) -> PreparedMotions:
+def prepare_motions(config: DataConfig, cache: Path, log: Callable[[str], None]) -> PreparedMotions:
     """Return the libraries of a run, from the cache where the same were prepared before.
 
     Args:
         config: Which motion.
         cache: Folder of prepared libraries.
-        say: Told in a line what happens.
+        log: Told in a line what happens.
 
     Raises:
         InputError: If the source is bad, holds nothing to train on, or the held-out performer is unknown.
@@ -61,52 +61,54 @@ def prepare_motions(config: DataConfig, cache: Path, say: Callable[[str], None])
     path = cache / f"{fingerprint(settings, config.motions, config.mapping, __name__)}.safetensors"
     prepared = read_prepared(path)
     if prepared is None:
-        say(f"preparing motion from {config.motions}")
-        library = build_library(config, say)
+        log(f"preparing motion from {config.motions}")
+        library = build_library(config, log)
         write_prepared(path, library.clips, library.arrays(), library.fps)
     else:
-        say(f"motion from {config.motions} was prepared before: {path}")
+        log(f"motion from {config.motions} was prepared before: {path}")
         library = MotionLibrary.from_arrays(*prepared)
-    say(f"roots of suits and of clips without one: {config.roots}")
-    held_out = choose_holdout(library.clips, config.holdout)
+    log(f"roots of suits and of clips without one: {config.root_source}")
+    held_out = resolve_holdout(library.clips, config.holdout)
     training = library.select([clip.performer != held_out for clip in library.clips])
     holdout = library.select([held_out in ("none", clip.performer) for clip in library.clips])
-    return PreparedMotions(training, clip_weights(training.clips, config.suit_share), holdout, held_out)
+    return PreparedMotions(training, clip_sampling_weights(training.clips, config.suit_share), holdout, held_out)
 
 
-def build_library(config: DataConfig, say: Callable[[str], None]) -> MotionLibrary:
+def build_library(config: DataConfig, log: Callable[[str], None]) -> MotionLibrary:
     """Return all clips of a source with their simulated suit recordings, packed."""
     mapping = read_mapping(config.mapping) if config.mapping else None
-    recorded = load_recordings(config.motions, mapping, seed=config.seed)
-    for made_up in range(1, config.synthetic + 1):
-        recorded += [Recorded(replace(clip, name=f"{clip.name}_{made_up}")) for clip in load_clips(SYNTHETIC, seed=config.seed + made_up)]
-    level = [one for one in recorded if one.clip.kind not in ROUGH_GROUND_KINDS and one.clip.seconds >= SHORTEST]
-    roots = Roots(config.roots == RECONSTRUCTED, say)
-    usable = [part for clip in roots.of_recordings(level)[0] for part in cut_at_jumps(clip) if part.seconds >= SHORTEST]
+    recorded = load_source_motions(config.motions, mapping, seed=config.seed)
+    for made_up in range(1, config.synthetic_sets + 1):
+        recorded += [
+            SourceMotion(replace(clip, name=f"{clip.name}_{made_up}")) for clip in load_clips(SYNTHETIC_SOURCE, seed=config.seed + made_up)
+        ]
+    level = [one for one in recorded if one.clip.kind not in ROUGH_GROUND_KINDS and one.clip.seconds >= MIN_CLIP_S]
+    roots = RootSource(config.root_source == RECONSTRUCTED, log)
+    usable = [part for clip in roots.apply_to_recordings(level)[0] for part in split_at_discontinuities(clip) if part.seconds >= MIN_CLIP_S]
     if not usable:
-        raise InputError(f"data.motions={config.motions} holds no clip of at least {SHORTEST:g} s on flat ground")
+        raise InputError(f"data.motions={config.motions} holds no clip of at least {MIN_CLIP_S:g} s on flat ground")
     seconds, given = sum(clip.seconds for clip in usable), sum(one.clip.seconds for one in recorded)
-    say(
+    log(
         f"{len(recorded)} clips, {given / 60:.1f} minutes; {seconds / 60:.1f} minutes in {len(usable)} pieces on flat ground, without jumps"
     )
-    suited, truths = wear_suits([clip for clip in usable if clip.system not in FAULTY_SYSTEMS], config, roots)
+    suited, clean_clips = simulate_suits([clip for clip in usable if clip.system not in IMU_SYSTEMS], config, roots)
     if suited:
         by = "Root3D" if roots.reconstructed else "the suit's software"
-        say(f"{len(suited)} recordings through simulated IMU suits of severity {config.suit_severity:g}, roots by {by}")
-    clips, clean = [*usable, *suited], [*usable, *truths]
+        log(f"{len(suited)} recordings through simulated IMU suits of severity {config.suit_severity:g}, roots by {by}")
+    clips, clean = [*usable, *suited], [*usable, *clean_clips]
     if config.mirror:
-        twins = [mirrored(clip) for clip in clips]
-        clips, clean = [*clips, *twins], [*clean, *twins[: len(usable)], *map(mirrored, truths)]
-    return with_feed_forward(MotionLibrary.of(clips, clean, config.rewarded == CLEAN))
+        twins = [mirror_motion(clip) for clip in clips]
+        clips, clean = [*clips, *twins], [*clean, *twins[: len(usable)], *map(mirror_motion, clean_clips)]
+    return with_feed_forward(MotionLibrary.from_clips(clips, clean, config.reward_target == CLEAN))
 
 
-def wear_suits(clips: list[BodyMotion], config: DataConfig, roots: Roots) -> tuple[list[BodyMotion], list[BodyMotion]]:
+def simulate_suits(clips: list[BodyMotion], config: DataConfig, roots: RootSource) -> tuple[list[BodyMotion], list[BodyMotion]]:
     """Return what simulated suits make of clean clips, and for each of them the clean clip behind it."""
-    suited, truths = [], []
+    suited, clean_clips = [], []
     for index, clip in enumerate(clips):
         for take in range(config.suit_clips):
             seed = int(np.random.SeedSequence((config.seed, index, take)).generate_state(1)[0])
-            faulty = roots.of_suit(simulate_suit(clip, seed=seed, severity=config.suit_severity))
+            faulty = roots.apply_to_suit(simulate_suit(clip, seed=seed, severity=config.suit_severity))
             suited.append(replace(faulty, name=f"{faulty.name}{take + 1}") if take else faulty)
-            truths.append(clip)
-    return suited, truths
+            clean_clips.append(clip)
+    return suited, clean_clips

@@ -9,13 +9,13 @@ from typing import Any, Self
 import numpy as np
 
 from configs.errors import InputError
-from configs.source_code import ROOT
+from configs.source_code import PROJECT_ROOT
 from datasets.library.motion_library import ClipInfo, MotionLibrary
 from trainers.algorithms.ppo_config import PpoConfig
 
-_SHIPPED = ("agents", "configs", "datasets", "envs", "trainers")  # what collectors and learners import
-_LEFT_HOME = ["*.safetensors", "*.pyc"]  # trained networks: nobody over there needs them
-_SPARE = 128 * 2**20  # bytes of the object store beside what is known to go there
+_SHIPPED_PACKAGES = ("agents", "configs", "datasets", "envs", "trainers")  # what collectors and learners import
+_EXCLUDED_FILES = ["*.safetensors", "*.pyc"]  # trained networks: nobody over there needs them
+_SPARE_OBJECT_STORE_BYTES = 128 * 2**20  # bytes of the object store beside what is known to go there
 
 
 class LearnerLostError(RuntimeError):
@@ -37,16 +37,16 @@ class RayCluster:
             InputError: If there is no such cluster.
         """
         arrays = library.arrays()
-        self.ray: Any = _join(config.ray.address) if config.ray.address else _start(config, sum(a.nbytes for a in arrays.values()))
-        self.shared: tuple[tuple[ClipInfo, ...], Any, float, np.ndarray] = (
+        self.ray: Any = _connect(config.ray.address) if config.ray.address else _start_local(config, sum(a.nbytes for a in arrays.values()))
+        self.shared_library: tuple[tuple[ClipInfo, ...], Any, float, np.ndarray] = (
             library.clips, self.ray.put(arrays), library.fps, clip_weights
         )  # fmt: skip
 
-    def actor(self, of: type[Any], threads: int, *arguments: object, gpus: int = 0) -> Any:
+    def start_actor(self, actor_class: type[Any], threads: int, *arguments: object, gpus: int = 0) -> Any:
         """Return an actor of a class on cores, and GPUs, of its own; the actors of a cluster are spread over its nodes."""
-        return self.ray.remote(num_cpus=threads, num_gpus=gpus, scheduling_strategy="SPREAD")(of).remote(*arguments)
+        return self.ray.remote(num_cpus=threads, num_gpus=gpus, scheduling_strategy="SPREAD")(actor_class).remote(*arguments)
 
-    def gpus(self, device: str) -> int:
+    def num_learner_gpus(self, device: str) -> int:
         """Return how many GPUs a learner on a config's device is to be given, 0 or 1.
 
         Raises:
@@ -58,7 +58,7 @@ class RayCluster:
         return int(there and device != "cpu")
 
     @property
-    def cores(self) -> int:
+    def num_cores(self) -> int:
         """Of all nodes."""
         return int(self.ray.cluster_resources().get("CPU", 0))
 
@@ -71,7 +71,7 @@ class RayCluster:
         self.ray.shutdown()
 
 
-def _prepared() -> ModuleType:
+def _import_ray() -> ModuleType:
     """Return Ray, told what it must know before it is imported."""
     # Ray warns that it will one day stop clearing the GPUs' variable for actors without a GPU; we ask for none.
     os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
@@ -82,16 +82,16 @@ def _prepared() -> ModuleType:
     return ray
 
 
-def _start(config: PpoConfig, library_bytes: int) -> ModuleType:
+def _start_local(config: PpoConfig, library_bytes: int) -> ModuleType:
     """Start Ray on this machine, for this process alone.
 
     Ray cannot be told to listen on loopback only, and who can talk to it can run code; from 2.60 on it asks everybody for a secret.
     """
-    ray = _prepared()
+    ray = _import_ray()
     ray.init(
         address="local",
         num_cpus=max(config.collect.actors * config.collect.threads, os.cpu_count() or 1),
-        object_store_memory=library_bytes + _rollout_bytes(config) + _SPARE,
+        object_store_memory=library_bytes + _rollout_bytes(config) + _SPARE_OBJECT_STORE_BYTES,
         include_dashboard=False,
         logging_level=logging.ERROR,
         log_to_driver=False,
@@ -99,15 +99,15 @@ def _start(config: PpoConfig, library_bytes: int) -> ModuleType:
     return ray
 
 
-def _join(address: str) -> ModuleType:
+def _connect(address: str) -> ModuleType:
     """Connect to a cluster and send it the package: its nodes may lack it, or have another version of it."""
     _check_listening(address)
-    ray = _prepared()
-    shipped = {"py_modules": [str(ROOT / name) for name in _SHIPPED], "excludes": _LEFT_HOME}
+    ray = _import_ray()
+    shipped = {"py_modules": [str(PROJECT_ROOT / name) for name in _SHIPPED_PACKAGES], "excludes": _EXCLUDED_FILES}
     try:
         ray.init(address=address, runtime_env=shipped, logging_level=logging.ERROR, log_to_driver=False)
     except (ConnectionError, ValueError, RuntimeError) as error:
-        raise _no_cluster(address, str(error)) from error
+        raise _cluster_not_found(address, str(error)) from error
     return ray
 
 
@@ -118,10 +118,10 @@ def _check_listening(address: str) -> None:
         try:
             socket.create_connection((host, int(port)), timeout=10.0).close()
         except OSError as error:
-            raise _no_cluster(address, str(error)) from error
+            raise _cluster_not_found(address, str(error)) from error
 
 
-def _no_cluster(address: str, why: str) -> InputError:
+def _cluster_not_found(address: str, why: str) -> InputError:
     said = next(iter(why.splitlines()), "no answer")
     return InputError(f"ray.address={address}: {said}; name a cluster that is running, or start one with 'ray start --head'")
 

@@ -6,7 +6,7 @@ import numpy as np
 import torch
 
 from agents.policy.policy import Policy
-from trainers.algorithms.policy_factory import fresh_policy
+from trainers.algorithms.policy_factory import make_policy
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.algorithms.ppo_learner import PpoLearner
 from trainers.algorithms.rollout import Rollout
@@ -53,13 +53,13 @@ class RemoteLearner:
             cluster: Where it runs.
         """
         self._config, self._cluster = config, cluster
-        self._policy = fresh_policy(config)
+        self._policy = make_policy(config)
         self.restart()
 
     def restart(self) -> None:
         """Start another learner, with a fresh policy."""
-        gpus = self._cluster.gpus(self._config.device)
-        self._actor = self._cluster.actor(LearnerActor, self._config.learner.threads, self._config, gpus=gpus)
+        gpus = self._cluster.num_learner_gpus(self._config.device)
+        self._actor = self._cluster.start_actor(LearnerActor, self._config.learner.threads, self._config, gpus=gpus)
         self._weights = self._actor.weights.remote()
 
     def weights(self) -> Any:
@@ -69,7 +69,7 @@ class RemoteLearner:
     @property
     def policy(self) -> Policy:
         """A copy of the policy in this process."""
-        weights = self._answer(self._weights)
+        weights = self._get(self._weights)
         self._policy.load_state_dict({name: torch.tensor(array) for name, array in weights.items()})
         return self._policy
 
@@ -82,7 +82,7 @@ class RemoteLearner:
         """
         weights, diagnostics = self._actor.update.options(num_returns=2).remote(progress, *rollouts)
         try:
-            found = self._answer(diagnostics)
+            found = self._get(diagnostics)
         except self._cluster.ray.exceptions.ObjectLostError as error:
             raise RolloutsLostError(str(error).splitlines()[0]) from error
         self._weights = weights
@@ -90,14 +90,14 @@ class RemoteLearner:
 
     def get_state(self) -> dict[str, Any]:
         """Return the learner's state."""
-        return self._answer(self._actor.get_state.remote())
+        return self._get(self._actor.get_state.remote())
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Put the learner into a state that ``get_state`` returned."""
-        self._answer(self._actor.set_state.remote(state))
+        self._get(self._actor.set_state.remote(state))
         self._weights = self._actor.weights.remote()
 
-    def _answer(self, reference: Any) -> Any:
+    def _get(self, reference: Any) -> Any:
         """Return what the learner answers."""
         errors = self._cluster.ray.exceptions
         try:

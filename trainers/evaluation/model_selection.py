@@ -6,16 +6,16 @@ from pathlib import Path
 from typing import Any
 
 from agents.policy.policy import Policy
-from trainers.algorithms.policy_file import INITIAL
+from trainers.algorithms.policy_file import INITIAL_POLICY_FILE
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.data.training_motions import PreparedMotions
-from trainers.evaluation.protocol import Act, play, protocol, zero_residual
-from trainers.runs.device import device_of, name_of
-from trainers.runs.progress import Clock
+from trainers.evaluation.protocol import PolicyFn, evaluate_rollouts, evaluation_rollouts, zero_residual
+from trainers.runs.device import device_name, resolve_device
+from trainers.runs.progress import RunClock
 from trainers.runs.run_log import commit_of_code
 
-CHOSEN_BY = "episode_length_ratio"  # the higher the better
-EVERY_OFFSET = 5  # of the protocol's 20 starts each fifth is played: the score is read often
+SELECTION_METRIC = "episode_length_ratio"  # the higher the better
+SELECTION_OFFSET_STEP = 5  # of the protocol's 20 starts each fifth is played: the score is read often
 
 
 class ModelSelection:
@@ -30,29 +30,29 @@ class ModelSelection:
             folder: Of the run.
         """
         self._config, self._motions, self._file = config, motions, folder / "best" / "policy.safetensors"
-        self._initial = folder / INITIAL
+        self._initial = folder / INITIAL_POLICY_FILE
         self._library = motions.holdout
-        self._rollouts, _ = protocol(self._library, EVERY_OFFSET)
+        self._rollouts, _ = evaluation_rollouts(self._library, SELECTION_OFFSET_STEP)
         if not len(self._rollouts.clip):
             self._library = motions.training
-            self._rollouts, _ = protocol(self._library, EVERY_OFFSET)
+            self._rollouts, _ = evaluation_rollouts(self._library, SELECTION_OFFSET_STEP)
         self._curve: list[dict[str, float]] = Policy.load(self._file)[1].get("curve", []) if self._file.exists() else []
 
     @property
-    def best(self) -> float:
+    def best_score(self) -> float:
         """Score of the policy that is kept; a run that was killed may have kept it after its last checkpoint."""
-        return self._curve[-1][CHOSEN_BY] if self._curve else -inf
+        return self._curve[-1][SELECTION_METRIC] if self._curve else -inf
 
-    def score(self, act: Act) -> dict[str, float]:
+    def score(self, act: PolicyFn) -> dict[str, float]:
         """Return the mean tracking metrics of a deterministic policy."""
-        found = play(act, self._library, self._config.task, self._rollouts, self._config.collect.threads)
+        found = evaluate_rollouts(act, self._library, self._config.task, self._rollouts, self._config.collect.threads)
         return {name: float(values.mean()) for name, values in found.items()}
 
     def zero_residual(self) -> dict[str, float]:
         """Return the score of correcting nothing."""
         return self.score(zero_residual(self._config.task))
 
-    def keep(self, policy: Policy, score: dict[str, float], clock: Clock) -> None:
+    def save_best(self, policy: Policy, score: dict[str, float], clock: RunClock) -> None:
         """Write a policy, with its card and the scores of all that were kept before, as the run's best.
 
         Raises:
@@ -63,12 +63,12 @@ class ModelSelection:
         policy.save(self._file, self._card(score, clock, curve))
         self._curve = curve
 
-    def _machine(self) -> str:
+    def _hardware_text(self) -> str:
         """Return what simulated and where was learnt."""
-        learner = "a cluster" if self._config.ray.address else name_of(device_of(self._config.device))
+        learner = "a cluster" if self._config.ray.address else device_name(resolve_device(self._config.device))
         return f"physics={self._config.physics}, learner on {learner}"
 
-    def _card(self, score: dict[str, float], clock: Clock, curve: list[dict[str, float]]) -> dict[str, Any]:
+    def _card(self, score: dict[str, float], clock: RunClock, curve: list[dict[str, float]]) -> dict[str, Any]:
         training = self._motions.training.clips
         before: dict[str, Any] = Policy.load(self._initial)[1] if self._initial.exists() else {}
         earlier = (
@@ -88,5 +88,5 @@ class ModelSelection:
             "hours": clock.seconds / 3600.0,
             "curve": curve,
             "code": commit_of_code(),
-            "machine": self._machine(),
+            "machine": self._hardware_text(),
         }

@@ -11,12 +11,12 @@ from envs.mimic.episode_metrics import TRACKING_METRICS
 from envs.mimic.spec import EPISODE_FRAMES, MimicSpec
 from envs.vector_env import AdaptMimicVectorEnv
 
-OFFSETS = 20  # rollouts of a window, each beginning one frame later
-WINDOW = EPISODE_FRAMES + OFFSETS  # frames
-SHORTEST = 120  # frames: clips under 2 s are left out
-WORLDS = 512  # rollouts played at once
+NUM_OFFSETS = 20  # rollouts of a window, each beginning one frame later
+WINDOW_FRAMES = EPISODE_FRAMES + NUM_OFFSETS  # frames
+MIN_CLIP_FRAMES = 120  # frames: clips under 2 s are left out
+MAX_PARALLEL_ROLLOUTS = 512  # rollouts played at once
 
-Act = Callable[[np.ndarray], np.ndarray]  # observations (N, O) to actions (N, A)
+PolicyFn = Callable[[np.ndarray], np.ndarray]  # observations (N, O) to actions (N, A)
 
 
 class Rollouts(NamedTuple):
@@ -35,27 +35,27 @@ class Rollouts(NamedTuple):
     window: np.ndarray
 
 
-def protocol(library: MotionLibrary, every: int = 1) -> tuple[Rollouts, list[str]]:
+def evaluation_rollouts(library: MotionLibrary, offset_step: int = 1) -> tuple[Rollouts, list[str]]:
     """Return the rollouts of the evaluation protocol, and the names of the clips that are too short for it.
 
     Args:
         library: Clips at 60 fps.
-        every: Take only each so-many-th of the 20 offsets; 1 is the protocol.
+        offset_step: Take only each so-many-th of the 20 offsets; 1 is the protocol.
     """
     rows: list[tuple[int, int, int, int]] = []
-    too_short = [clip.name for clip in library.clips if clip.frames < SHORTEST]
+    too_short = [clip.name for clip in library.clips if clip.frames < MIN_CLIP_FRAMES]
     window = 0
     for index, clip in enumerate(library.clips):
-        if clip.frames < SHORTEST:
+        if clip.frames < MIN_CLIP_FRAMES:
             continue
-        frames = min(EPISODE_FRAMES, clip.frames - OFFSETS)
-        for start in range(0, max(clip.frames - WINDOW, 0) + 1, WINDOW):
-            rows += [(index, start + offset, frames, window) for offset in range(0, OFFSETS, every)]
+        frames = min(EPISODE_FRAMES, clip.frames - NUM_OFFSETS)
+        for start in range(0, max(clip.frames - WINDOW_FRAMES, 0) + 1, WINDOW_FRAMES):
+            rows += [(index, start + offset, frames, window) for offset in range(0, NUM_OFFSETS, offset_step)]
             window += 1
     return Rollouts(*np.array(rows, dtype=int).reshape(-1, 4).T), too_short
 
 
-def play(act: Act, library: MotionLibrary, spec: MimicSpec, rollouts: Rollouts, threads: int) -> dict[str, np.ndarray]:
+def evaluate_rollouts(act: PolicyFn, library: MotionLibrary, spec: MimicSpec, rollouts: Rollouts, threads: int) -> dict[str, np.ndarray]:
     """Return the tracking metrics of each rollout of a deterministic policy.
 
     Args:
@@ -70,21 +70,23 @@ def play(act: Act, library: MotionLibrary, spec: MimicSpec, rollouts: Rollouts, 
     """
     count = len(rollouts.clip)
     found = {name: np.full(count, np.nan) for name in TRACKING_METRICS}
-    env = AdaptMimicVectorEnv(library, min(WORLDS, count), spec, threads, AutoresetMode.DISABLED)
+    env = AdaptMimicVectorEnv(library, min(MAX_PARALLEL_ROLLOUTS, count), spec, threads, AutoresetMode.DISABLED)
     for first in range(0, count, env.num_envs):
         # The last part is filled up with rollouts that were played before: an env has one size.
-        part = np.arange(first, first + env.num_envs) % count
-        observation, _ = env.reset(options={"clip": rollouts.clip[part], "frame": rollouts.frame[part], "frames": rollouts.frames[part]})
+        indices = np.arange(first, first + env.num_envs) % count
+        observation, _ = env.reset(
+            options={"clip": rollouts.clip[indices], "frame": rollouts.frame[indices], "frames": rollouts.frames[indices]}
+        )
         running = np.ones(env.num_envs, dtype=bool)
         while running.any():
             observation, _, terminated, truncated, info = env.step(act(observation))
-            just = running & (terminated | truncated)
-            for name in TRACKING_METRICS if just.any() else ():
-                found[name][part[just]] = info["tracking"][name][just]
-            running &= ~just
+            just_ended = running & (terminated | truncated)
+            for name in TRACKING_METRICS if just_ended.any() else ():
+                found[name][indices[just_ended]] = info["tracking"][name][just_ended]
+            running &= ~just_ended
     return found
 
 
-def zero_residual(spec: MimicSpec) -> Act:
+def zero_residual(spec: MimicSpec) -> PolicyFn:
     """Return the policy that corrects nothing: the clip's own joint angles as PD targets."""
     return lambda observation: np.zeros((len(observation), spec.action_size), dtype=np.float32)

@@ -8,17 +8,17 @@ import torch
 
 from configs.errors import InputError
 from configs.load import save_config
-from envs.physics.mujoco_warp import libraries
-from trainers.algorithms.policy_file import initial_policy
+from envs.physics.mujoco_warp import import_warp
+from trainers.algorithms.policy_file import load_initial_policy
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.data.training_motions import prepare_motions
 from trainers.ppo.log import PpoLog
 from trainers.ppo.run import PpoRun
-from trainers.ppo.workers import crew
+from trainers.ppo.workers import build_workers
 from trainers.runs.checkpoint import load_newest
 from trainers.runs.command_line import run_training
-from trainers.runs.device import device_of
-from trainers.runs.progress import Stop
+from trainers.runs.device import resolve_device
+from trainers.runs.progress import StopSignal
 from trainers.runs.run_folder import make_folder, move_aside
 from trainers.runs.run_log import commit_of_code, make_console
 
@@ -29,45 +29,45 @@ def train(config: PpoConfig, resume: bool) -> Path:
     log = PpoLog(folder, make_console(), config)
     if resume and load_newest(folder / "checkpoints") is None:
         raise InputError(f"there is no checkpoint to resume in {folder}/checkpoints; start without --resume")
-    device, initial = _device(config), None if resume else initial_policy(config)
+    device, initial = _device(config), None if resume else load_initial_policy(config)
     make_folder(Path(config.runs_dir))  # before minutes are spent
-    motions = prepare_motions(config.data, Path(config.runs_dir) / "cache", log.say)
+    motions = prepare_motions(config.data, Path(config.runs_dir) / "cache", log.info)
     if not resume:
-        move_aside(folder, log.say)
+        move_aside(folder, log.info)
     make_folder(folder)
     if config.physics == "warp":
-        log.say(f"worlds, policy and learner on {device}; compiling the engine, which takes minutes the first time on a machine")
+        log.info(f"worlds, policy and learner on {device}; compiling the engine, which takes minutes the first time on a machine")
         if config.collect.actors:
-            log.say(f"collect.actors={config.collect.actors} is not looked at: with physics=warp this process collects")
-    with crew(config, motions.training, motions.weights, log.say) as (learner, pool):
+            log.info(f"collect.actors={config.collect.actors} is not looked at: with physics=warp this process collects")
+    with build_workers(config, motions.training, motions.weights, log.info) as (learner, pool):
         run = PpoRun(config, motions, folder, log, learner, pool)
         if resume:
             run.resume()
         if initial:
-            run.begin_with(*initial)
+            run.start_from_policy(*initial)
         save_config(config, folder / "config.yaml")
         log.begin(run.clock.samples)
-        log.say(f"{len(motions.training.clips)} training clips; held out: {motions.held_out}; code {commit_of_code()}")
-        stop = Stop(log.say)  # after Ray, which listens to the same signals
+        log.info(f"{len(motions.training.clips)} training clips; held out: {motions.held_out}; code {commit_of_code()}")
+        stop = StopSignal(log.info)  # after Ray, which listens to the same signals
         if not resume:
             run.score_zero_residual()
-        while not run.over and not stop.asked:
+        while not run.is_finished and not stop.is_requested:
             begin = time.monotonic()
             run.iterate()
-            stop.took(time.monotonic() - begin)
-        if not run.over:
+            stop.record_iteration(time.monotonic() - begin)
+        if not run.is_finished:
             run.save()
-        run.checkpoints.check()
-        log.say(f"done: {folder}/best/policy.safetensors" if run.over else f"stopped and saved; go on with --resume: {folder}")
+        run.checkpoints.raise_if_last_failed()
+        log.info(f"done: {folder}/best/policy.safetensors" if run.is_finished else f"stopped and saved; go on with --resume: {folder}")
         log.close()
     return folder
 
 
 def _device(config: PpoConfig) -> torch.device:
     """Return where the policy learns; raise an InputError, before minutes are spent, if this machine lacks what the config asks for."""
-    device = device_of("auto" if config.ray.address else config.device)  # a cluster's learner finds its own
+    device = resolve_device("auto" if config.ray.address else config.device)  # a cluster's learner finds its own
     if config.physics == "warp":
-        libraries(device)
+        import_warp(device)
     return device
 
 

@@ -9,10 +9,10 @@ from rich.console import Console
 from envs.mimic.episode_metrics import TRACKING_METRICS
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.algorithms.rollout import RolloutReport
-from trainers.runs.progress import Clock
+from trainers.runs.progress import RunClock
 from trainers.runs.run_log import RunLog
 
-RECENT = 20  # iterations whose ended episodes the training metrics average
+AVERAGED_ITERATIONS = 20  # iterations whose ended episodes the training metrics average
 
 
 class PpoLog(RunLog):
@@ -22,9 +22,9 @@ class PpoLog(RunLog):
         """Begin to tell of the run in ``folder``."""
         super().__init__(folder, console)
         self._config = config
-        self._recent: deque[dict[str, np.ndarray]] = deque(maxlen=RECENT)
+        self._recent_episodes: deque[dict[str, np.ndarray]] = deque(maxlen=AVERAGED_ITERATIONS)
 
-    def iteration(self, clock: Clock, reports: list[RolloutReport], diagnostics: dict[str, float], speeds: dict[str, float]) -> None:
+    def log_iteration(self, clock: RunClock, reports: list[RolloutReport], diagnostics: dict[str, float], speeds: dict[str, float]) -> None:
         """Write the numbers of one iteration.
 
         Args:
@@ -33,8 +33,8 @@ class PpoLog(RunLog):
             diagnostics: Of the learner, by name.
             speeds: Control steps per second, by what was timed.
         """
-        self._recent.append({name: np.concat([report.episodes[name] for report in reports]) for name in TRACKING_METRICS})
-        ended = {name: np.concat([one[name] for one in self._recent]) for name in TRACKING_METRICS}
+        self._recent_episodes.append({name: np.concat([report.episodes[name] for report in reports]) for name in TRACKING_METRICS})
+        ended = {name: np.concat([one[name] for one in self._recent_episodes]) for name in TRACKING_METRICS}
         metrics = {name: float(values.mean()) for name, values in ended.items() if len(values)}
         values = {f"training/{name}": value for name, value in metrics.items()}
         values |= {name: float(np.mean([report.reward_terms[name] for report in reports])) for name in reports[0].reward_terms}
@@ -46,13 +46,13 @@ class PpoLog(RunLog):
         self.write(clock.samples, values)
         done, left = clock.progress(self._config), clock.time_left(self._config)
         progress = f"{done:5.1%}  {clock.samples / 1e6:7.2f} M steps  {speeds['total']:6.0f} steps/s  {left}"
-        self.say_sometimes(f"{progress}   {_metrics_text(metrics)}")
+        self.info_throttled(f"{progress}   {_metrics_text(metrics)}")
 
-    def score(self, what: str, samples: int, metrics: dict[str, float]) -> None:
+    def log_evaluation(self, title: str, samples: int, metrics: dict[str, float]) -> None:
         """Write and print the metrics of an evaluation on the held-out performer."""
-        name = what.split(",")[0].replace(" ", "_")
+        name = title.split(",")[0].replace(" ", "_")
         self.write(samples, {f"{name}/{metric}": value for metric, value in metrics.items()})
-        self.say(f"{what} at {samples / 1e6:.2f} M:   {_metrics_text(metrics)}")
+        self.info(f"{title} at {samples / 1e6:.2f} M:   {_metrics_text(metrics)}")
 
 
 def _metrics_text(metrics: dict[str, float]) -> str:

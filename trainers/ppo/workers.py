@@ -15,8 +15,8 @@ from trainers.distributed.remote_learner import Learner, RemoteLearner
 
 
 @contextmanager
-def crew(
-    config: PpoConfig, library: MotionLibrary, clip_weights: np.ndarray, say: Callable[[str], None] = lambda _: None
+def build_workers(
+    config: PpoConfig, library: MotionLibrary, clip_weights: np.ndarray, log: Callable[[str], None] = lambda _: None
 ) -> Iterator[tuple[Learner, RolloutPool]]:
     """Build learner and collectors for as long as the context lasts.
 
@@ -24,7 +24,7 @@ def crew(
         config: Of the run.
         library: Training clips.
         clip_weights: How often each clip is drawn, shape (clips,).
-        say: Told when one of them is lost, replaced or given up.
+        log: Told when one of them is lost, replaced or given up.
     """
     if config.in_process:
         yield PpoLearner(config), LocalPool(config, library, clip_weights)
@@ -32,4 +32,4 @@ def crew(
     with RayCluster(config, library, clip_weights) as cluster:
         remote = bool(config.ray.address)
         learner = RemoteLearner(config, cluster) if remote else PpoLearner(config)  # first: it needs its cores
-        yield learner, RayPool(config, cluster, say, fetch=not remote)
+        yield learner, RayPool(config, cluster, log, fetch=not remote)

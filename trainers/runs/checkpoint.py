@@ -10,11 +10,11 @@ import numpy as np
 from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save_file
 
-from configs.atomic_file import whole_file
+from configs.atomic_file import atomic_write
 from configs.errors import RunError
 
-KEPT = 3  # newest checkpoints in a run's folder
-_BETWEEN = "|"  # between the keys of the tree; no key holds it
+NUM_KEPT_CHECKPOINTS = 3  # newest checkpoints in a run's folder
+_KEY_SEPARATOR = "|"  # between the keys of the tree; no key holds it
 
 
 class BrokenCheckpointError(ValueError):
@@ -24,28 +24,28 @@ class BrokenCheckpointError(ValueError):
 class Checkpoints:
     """The checkpoints of a run. A disk that refuses one is no reason to stop, while those before are there."""
 
-    def __init__(self, folder: Path, say: Callable[[str], None]) -> None:
-        """Look after those in ``folder``; ``say`` is told of what is broken and of what could not be written."""
-        self.folder, self._say = folder, say
-        self._refused = ""
+    def __init__(self, folder: Path, log: Callable[[str], None]) -> None:
+        """Look after those in ``folder``; ``log`` is told of what is broken and of what could not be written."""
+        self.folder, self._log = folder, log
+        self._write_error = ""
 
     def newest(self) -> tuple[dict[str, Any], Path] | None:
         """Return the newest that is whole, and its file; None if there is none."""
-        return load_newest(self.folder, self._say)
+        return load_newest(self.folder, self._log)
 
     def save(self, iteration: int, tree: dict[str, Any]) -> None:
         """Write one, or tell why that could not be."""
         try:
             save_checkpoint(self.folder, iteration, tree)
-            self._refused = ""
+            self._write_error = ""
         except OSError as error:
-            self._refused = str(error)
-            self._say(f"no checkpoint could be written ({error}); the run goes on, and tries again at the next")
+            self._write_error = str(error)
+            self._log(f"no checkpoint could be written ({error}); the run goes on, and tries again at the next")
 
-    def check(self) -> None:
+    def raise_if_last_failed(self) -> None:
         """Raise RunError if the last one could not be written; to be called at the end of a run."""
-        if self._refused:
-            raise RunError(f"the last checkpoint could not be written: {self._refused}; make room, and go on with --resume")
+        if self._write_error:
+            raise RunError(f"the last checkpoint could not be written: {self._write_error}; make room, and go on with --resume")
 
 
 def save_checkpoint(folder: Path, iteration: int, tree: dict[str, Any]) -> Path:
@@ -71,27 +71,27 @@ def save_checkpoint(folder: Path, iteration: int, tree: dict[str, Any]) -> Path:
     path = folder / f"{iteration:08d}.safetensors"
     text = json.dumps(plain)
     try:
-        with whole_file(path) as temporary:
+        with atomic_write(path) as temporary:
             save_file(arrays, temporary, metadata={"plain": text, "crc32": _checksum(arrays, text)})
     except SafetensorError as error:  # what is written is known to be good: it is the disk
         raise OSError(f"{path}: {error}") from error
-    for old in sorted(folder.glob("*.safetensors"))[:-KEPT]:
+    for old in sorted(folder.glob("*.safetensors"))[:-NUM_KEPT_CHECKPOINTS]:
         old.unlink()
     return path
 
 
-def load_newest(folder: Path, say: Callable[[str], None] = lambda _: None) -> tuple[dict[str, Any], Path] | None:
+def load_newest(folder: Path, log: Callable[[str], None] = lambda _: None) -> tuple[dict[str, Any], Path] | None:
     """Return the newest checkpoint of a folder that is whole, and its file; None if there is none.
 
     Args:
         folder: Of the run's checkpoints.
-        say: Told of each newer one that is broken.
+        log: Told of each newer one that is broken.
     """
     for path in sorted(folder.glob("*.safetensors"), reverse=True):
         try:
             return _load(path), path
         except (SafetensorError, OSError, KeyError, TypeError, ValueError) as error:
-            say(f"checkpoint {path} is broken ({error}); looking at the one before")
+            log(f"checkpoint {path} is broken ({error}); looking at the one before")
     return None
 
 
@@ -104,7 +104,7 @@ def _load(path: Path) -> dict[str, Any]:
         raise BrokenCheckpointError("its checksum is another")
     leaves |= json.loads(metadata["plain"])
     for name, leaf in leaves.items():
-        *branches, last = name.split(_BETWEEN)
+        *branches, last = name.split(_KEY_SEPARATOR)
         branch = tree
         for key in branches:
             branch = branch.setdefault(key, {})
@@ -124,7 +124,7 @@ def _flatten(tree: dict[str, Any], prefix: str, arrays: dict[str, np.ndarray], p
     for key, value in tree.items():
         name = f"{prefix}{key}"
         if isinstance(value, dict):
-            _flatten(value, name + _BETWEEN, arrays, plain)
+            _flatten(value, name + _KEY_SEPARATOR, arrays, plain)
         elif isinstance(value, np.ndarray):
             arrays[name] = np.array(value, order="C")
         else:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from configs.command import exit_code_of
+from configs.command import run_command
 from configs.load import load_config
 
 
@@ -32,7 +32,7 @@ def run_training(
     parser.add_argument("--resume", action="store_true", help="go on from the newest checkpoint of the run")
     parser.add_argument("overrides", nargs="*", metavar="key.sub=value", help="change the config, such as seed=1")
     options = parser.parse_intermixed_args(arguments)
-    return exit_code_of(lambda: _run(options, config_class, train))
+    return run_command(lambda: _run(options, config_class, train))
 
 
 def _run(options: argparse.Namespace, config_class: Callable[[Path], type[Any]], train: Callable[[Any, bool], object]) -> None:

@@ -11,7 +11,7 @@ import torch
 from configs.errors import InputError
 
 
-def device_of(name: str) -> torch.device:
+def resolve_device(name: str) -> torch.device:
     """Return a config's device: "cpu", "cuda", or "auto", the GPU where there is one.
 
     Raises:
@@ -24,7 +24,7 @@ def device_of(name: str) -> torch.device:
 
 
 @contextmanager
-def quick_products(device: torch.device) -> Iterator[None]:
+def allow_tf32(device: torch.device) -> Iterator[None]:
     """Let a GPU multiply matrices on its tensor cores, several times as quick, with 10 bits of each factor: for networks, nothing else."""
     if device.type != "cuda":
         yield
@@ -36,7 +36,7 @@ def quick_products(device: torch.device) -> Iterator[None]:
         torch.set_float32_matmul_precision("highest")
 
 
-def name_of(device: torch.device) -> str:
+def device_name(device: torch.device) -> str:
     """Return the card's name, or the processor's with its cores."""
     if device.type == "cuda":
         return torch.cuda.get_device_name(device)

@@ -10,7 +10,7 @@ from types import FrameType
 from typing import Protocol
 
 
-class Limits(Protocol):
+class RunLimits(Protocol):
     """What ends a run, part of every training's config: whichever comes first."""
 
     @property
@@ -25,7 +25,7 @@ class Limits(Protocol):
 
 
 @dataclass(frozen=True)
-class Clock:
+class RunClock:
     """How far a run has come.
 
     Attributes:
@@ -40,54 +40,54 @@ class Clock:
     seconds: float = 0.0
     best: float = -inf
 
-    def progress(self, config: Limits) -> float:
+    def progress(self, config: RunLimits) -> float:
         """Return the share of the training that is done, by samples or by the clock, whichever is further."""
         by_clock = self.seconds / (60.0 * config.minutes) if config.minutes else 0.0
         return min(max(self.samples / config.samples, by_clock), 1.0)
 
-    def time_left(self, config: Limits) -> str:
+    def time_left(self, config: RunLimits) -> str:
         """Return the time until the end at the speed so far, as minutes and seconds; call it once there is progress."""
         minutes, seconds = divmod(round(self.seconds * (1.0 / self.progress(config) - 1.0)), 60)
         return f"{minutes:d}:{seconds:02d} left"
 
 
-class Stop:
-    """Becomes ``asked`` when the user, the system or a scheduler asks the run to end: the iteration is finished and saved first.
+class StopSignal:
+    """Becomes ``is_requested`` when the user, the system or a scheduler asks the run to end: the iteration is finished and saved first.
 
     Who asks: Ctrl-C, SIGTERM, SIGUSR1 (schedulers are often told to send it some minutes ahead), and the moment in
     ``SLURM_JOB_END_TIME``, if Slurm says in this variable when it will end the job.
     """
 
-    RESERVE = 60.0  # s that are left to saving when a scheduler's job ends, beside two of the longest iterations
+    SAVE_RESERVE_S = 60.0  # s that are left to saving when a scheduler's job ends, beside two of the longest iterations
 
-    def __init__(self, say: Callable[[str], None]) -> None:
-        """Listen; ``say`` is told when somebody asks."""
-        self._signalled, self._warned, self._longest = False, False, 0.0
-        self._say = say
-        self._end = _job_end()
-        if self._end < inf:
-            say(f"the scheduler ends this job at {time.ctime(self._end)}: the run is saved before")
+    def __init__(self, log: Callable[[str], None]) -> None:
+        """Listen; ``log`` is told when somebody asks."""
+        self._signalled, self._warned, self._longest_iteration_s = False, False, 0.0
+        self._log = log
+        self._job_end_s = _job_end()
+        if self._job_end_s < inf:
+            log(f"the scheduler ends this job at {time.ctime(self._job_end_s)}: the run is saved before")
         for name in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1):
             signal.signal(name, self._signal)
 
     @property
-    def asked(self) -> bool:
+    def is_requested(self) -> bool:
         """Whether the run should end now."""
-        near = time.time() + self.RESERVE + 2.0 * self._longest > self._end
+        near = time.time() + self.SAVE_RESERVE_S + 2.0 * self._longest_iteration_s > self._job_end_s
         if near and not self._warned:
             self._warned = True
-            self._say("stopping: the scheduler's job is about to end")
+            self._log("stopping: the scheduler's job is about to end")
         return self._signalled or near
 
-    def took(self, seconds: float) -> None:
+    def record_iteration(self, seconds: float) -> None:
         """Learn how long an iteration took, evaluation included."""
-        self._longest = max(self._longest, seconds)
+        self._longest_iteration_s = max(self._longest_iteration_s, seconds)
 
     def _signal(self, number: int, frame: FrameType | None) -> None:
         if self._signalled:  # asked twice: at once
             raise KeyboardInterrupt
         self._signalled = True
-        self._say("stopping after this iteration; once more stops at once, without saving")
+        self._log("stopping after this iteration; once more stops at once, without saving")
 
 
 def _job_end() -> float:

@@ -19,9 +19,9 @@ def make_folder(folder: Path) -> None:
         raise InputError(f"runs_dir: {folder} cannot be created: {error.strerror}; name a folder that can be written to") from None
 
 
-def move_aside(folder: Path, say: Callable[[str], None]) -> None:
+def move_aside(folder: Path, log: Callable[[str], None]) -> None:
     """Rename the folder of an earlier run of the same name, if there is one."""
     if folder.exists():
         aside = next(path for n in count(1) if not (path := folder.with_name(f"{folder.name}.{n}")).exists())
         folder.rename(aside)
-        say(f"an earlier run was moved to {aside}")
+        log(f"an earlier run was moved to {aside}")

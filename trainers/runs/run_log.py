@@ -10,10 +10,10 @@ from pathlib import Path
 from rich.console import Console
 from torch.utils.tensorboard import SummaryWriter
 
-from configs.source_code import ROOT
+from configs.source_code import PROJECT_ROOT
 
-EVERY_SECONDS = 5.0  # between lines of progress
-RETRY_SECONDS = 60.0  # until numbers are written again after the disk refused them
+PROGRESS_INTERVAL_S = 5.0  # between lines of progress
+WRITE_RETRY_S = 60.0  # until numbers are written again after the disk refused them
 
 
 def make_console() -> Console:
@@ -25,7 +25,7 @@ def make_console() -> Console:
 def commit_of_code() -> str:
     """Return the commit of the code that runs, or "unknown" outside a checkout."""
     try:
-        found = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True, check=True)
+        found = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=PROJECT_ROOT, capture_output=True, text=True, check=True)
         return found.stdout.strip()
     except (OSError, subprocess.CalledProcessError):
         return "unknown"
@@ -39,7 +39,7 @@ class RunLog:
         logging.getLogger("tensorboard").setLevel(logging.ERROR)
         self._folder, self._console = folder, console
         self._writer: SummaryWriter | None = None
-        self._again = 0.0  # when to try again to write, after that failed
+        self._retry_at_s = 0.0  # when to try again to write, after that failed
         self._last_line = 0.0
 
     def begin(self, samples: int) -> None:
@@ -48,40 +48,40 @@ class RunLog:
 
     def write(self, samples: int, values: dict[str, float]) -> None:
         """Write numbers by name. Where that fails, on a full disk say, training goes on without them, and it is tried again later."""
-        if self._writer is None and time.monotonic() >= self._again:
+        if self._writer is None and time.monotonic() >= self._retry_at_s:
             self._open(None)
-        with self._spared():
+        with self._tolerate_write_errors():
             for name, value in values.items():
                 if self._writer:
                     self._writer.add_scalar(name, value, samples)
 
-    def say(self, text: str) -> None:
+    def info(self, text: str) -> None:
         """Print a line."""
         with suppress(OSError):  # a log file on a full disk, a terminal that was closed
             self._console.print(text)
 
-    def say_sometimes(self, text: str) -> None:
+    def info_throttled(self, text: str) -> None:
         """Print a line of progress, unless one was printed a moment ago."""
         now = time.monotonic()
-        if now - self._last_line >= EVERY_SECONDS:
+        if now - self._last_line >= PROGRESS_INTERVAL_S:
             self._last_line = now
-            self.say(text)
+            self.info(text)
 
     def close(self) -> None:
         """Flush everything."""
-        with self._spared():
+        with self._tolerate_write_errors():
             if self._writer:
                 self._writer.close()
 
     def _open(self, purge_step: int | None) -> None:
-        with self._spared():
+        with self._tolerate_write_errors():
             self._writer = SummaryWriter(str(self._folder), purge_step=purge_step)
 
     @contextmanager
-    def _spared(self) -> Iterator[None]:
+    def _tolerate_write_errors(self) -> Iterator[None]:
         """Give the writer up, and say so, if it cannot write; a writer that failed once fails for good."""
         try:
             yield
         except OSError as error:
-            self._writer, self._again = None, time.monotonic() + RETRY_SECONDS
-            self.say(f"numbers for TensorBoard cannot be written to {self._folder} ({error.strerror}); the run goes on without")
+            self._writer, self._retry_at_s = None, time.monotonic() + WRITE_RETRY_S
+            self.info(f"numbers for TensorBoard cannot be written to {self._folder} ({error.strerror}); the run goes on without")

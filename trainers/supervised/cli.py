@@ -12,12 +12,12 @@ from configs.errors import InputError
 from configs.load import save_config
 from trainers.runs.checkpoint import Checkpoints, load_newest
 from trainers.runs.command_line import run_training
-from trainers.runs.progress import Clock, Stop
+from trainers.runs.progress import RunClock, StopSignal
 from trainers.runs.run_folder import make_folder, move_aside
 from trainers.runs.run_log import RunLog, commit_of_code, make_console
 from trainers.supervised.jobs import JOBS, Config, Data, Learner, config_class
 
-LOGGED_EVERY = 100  # batches
+LOG_INTERVAL_BATCHES = 100  # batches
 
 
 def train(config: Config, resume: bool) -> Path:
@@ -27,64 +27,64 @@ def train(config: Config, resume: bool) -> Path:
     if resume and load_newest(folder / "checkpoints") is None:
         raise InputError(f"there is no checkpoint to resume in {folder}/checkpoints; start without --resume")
     make_folder(Path(config.runs_dir))  # before minutes are spent
-    data = job.prepare(config.data, Path(config.runs_dir) / "cache", log.say)
+    data = job.prepare(config.data, Path(config.runs_dir) / "cache", log.info)
     learner = job.learner(config, data)
     if not resume:
-        move_aside(folder, log.say)
+        move_aside(folder, log.info)
     make_folder(folder)
-    checkpoints = Checkpoints(folder / "checkpoints", log.say)
-    clock = _resume(checkpoints, learner, config, data) if resume else Clock()
+    checkpoints = Checkpoints(folder / "checkpoints", log.info)
+    clock = _resume(checkpoints, learner, config, data) if resume else RunClock()
     save_config(config, folder / "config.yaml")
     log.begin(clock.samples)
-    log.say(f"{config.name}, {sum(p.numel() for p in learner.model.parameters()):,} parameters; code {commit_of_code()}")
-    stop = Stop(log.say)
+    log.info(f"{config.name}, {sum(p.numel() for p in learner.model.parameters()):,} parameters; code {commit_of_code()}")
+    stop = StopSignal(log.info)
     losses: list[torch.Tensor] = []
 
     def tree() -> dict[str, Any]:
-        return {"learner": learner.get_state(), "clock": asdict(clock), "made_of": _made_of(config, data)}
+        return {"learner": learner.get_state(), "clock": asdict(clock), "made_of": _training_identity(config, data)}
 
-    while clock.progress(config) < 1.0 and not stop.asked:
+    while clock.progress(config) < 1.0 and not stop.is_requested:
         begin = time.monotonic()
         losses.append(learner.update(clock.progress(config)))
         spent = time.monotonic() - begin
         clock = replace(clock, iteration=clock.iteration + 1, samples=clock.samples + learner.samples, seconds=clock.seconds + spent)
-        if clock.iteration % LOGGED_EVERY == 0:
+        if clock.iteration % LOG_INTERVAL_BATCHES == 0:
             _log(log, clock, config, losses)
         if clock.progress(config) >= 1.0 or clock.iteration % config.evaluate_every == 0:
             clock = _evaluate(learner, data, config, clock, log, folder)
         if clock.progress(config) >= 1.0 or clock.iteration % config.checkpoint_every == 0:
             checkpoints.save(clock.iteration, tree())
-        stop.took(time.monotonic() - begin)
+        stop.record_iteration(time.monotonic() - begin)
     finished = clock.progress(config) >= 1.0
     if not finished:
         checkpoints.save(clock.iteration, tree())
-    checkpoints.check()
-    log.say(f"done: {folder}/best/model.safetensors" if finished else f"stopped and saved; go on with --resume: {folder}")
+    checkpoints.raise_if_last_failed()
+    log.info(f"done: {folder}/best/model.safetensors" if finished else f"stopped and saved; go on with --resume: {folder}")
     log.close()
     return folder
 
 
-def _log(log: RunLog, clock: Clock, config: Config, losses: list[torch.Tensor]) -> None:
+def _log(log: RunLog, clock: RunClock, config: Config, losses: list[torch.Tensor]) -> None:
     """Write the mean loss since the last time, and a line of progress."""
     loss = float(torch.stack(losses).mean())
     losses.clear()
-    sample = JOBS[config.learns].sample
+    sample = JOBS[config.learns].sample_unit
     speed = clock.samples / max(clock.seconds, 1e-9)
     log.write(clock.samples, {"training/loss": loss, f"speed/{sample}_per_s": speed})
     done = clock.progress(config)
-    log.say_sometimes(
+    log.info_throttled(
         f"{done:5.1%}  {clock.samples / 1e6:7.2f} M {sample}  {speed:6.0f} {sample}/s  {clock.time_left(config)}   loss {loss:.4f}"
     )
 
 
-def _evaluate(learner: Learner, data: Data, config: Config, clock: Clock, log: RunLog, folder: Path) -> Clock:
+def _evaluate(learner: Learner, data: Data, config: Config, clock: RunClock, log: RunLog, folder: Path) -> RunClock:
     """Score the model on the held-out performer and keep it if it is the best so far."""
     begin = time.monotonic()
     score = learner.score()
     better = -score["loss"] > clock.best
     log.write(clock.samples, {f"held_out/{name}": value for name, value in score.items()})
     text = "  ".join(f"{name} {value:.4f}" for name, value in score.items())
-    log.say(f"held out{', best' if better else ''} at {clock.samples / 1e6:.2f} M {JOBS[config.learns].sample}:   {text}")
+    log.info(f"held out{', best' if better else ''} at {clock.samples / 1e6:.2f} M {JOBS[config.learns].sample_unit}:   {text}")
     clock = replace(clock, seconds=clock.seconds + time.monotonic() - begin)
     if not better:
         return clock
@@ -92,12 +92,12 @@ def _evaluate(learner: Learner, data: Data, config: Config, clock: Clock, log: R
         (folder / "best").mkdir(exist_ok=True)
         learner.model.save(folder / "best" / "model.safetensors", _card(data, config, clock, score))
     except OSError as error:
-        log.say(f"the best model could not be written ({error}); the one before stays")
+        log.info(f"the best model could not be written ({error}); the one before stays")
         return clock
     return replace(clock, best=-score["loss"])
 
 
-def _card(data: Data, config: Config, clock: Clock, score: dict[str, float]) -> dict[str, object]:
+def _card(data: Data, config: Config, clock: RunClock, score: dict[str, float]) -> dict[str, object]:
     clips = data.training.clips
     source = "/".join(Path(config.data.motions).parts[-2:])  # not where on this machine
     return {
@@ -108,31 +108,31 @@ def _card(data: Data, config: Config, clock: Clock, score: dict[str, float]) -> 
         "performers": sorted({clip.performer for clip in clips}),
         "held_out": data.held_out,
         "held_out_metrics": score,
-        JOBS[config.learns].sample: clock.samples,
+        JOBS[config.learns].sample_unit: clock.samples,
         "hours": clock.seconds / 3600.0,
         "code": commit_of_code(),
     }
 
 
-def _made_of(config: Config, data: Data) -> dict[str, object]:
+def _training_identity(config: Config, data: Data) -> dict[str, object]:
     """Return what a run that goes on must have in common with its beginning."""
     settings = {f"model.{name}": value for name, value in asdict(config.model).items()}
     chosen = ("motions", "mapping", "kinds", "test")  # what they choose is known by the clips
     settings |= {f"data.{name}": value for name, value in asdict(config.data).items() if name not in chosen}
-    settings |= {f"learner.{name}": getattr(config.learner, name) for name in JOBS[config.learns].lasting}
+    settings |= {f"learner.{name}": getattr(config.learner, name) for name in JOBS[config.learns].fixed_learner_settings}
     return {**settings, "data.motions": data.identity}
 
 
-def _resume(checkpoints: Checkpoints, learner: Learner, config: Config, data: Data) -> Clock:
+def _resume(checkpoints: Checkpoints, learner: Learner, config: Config, data: Data) -> RunClock:
     """Put the learner into the state of the newest checkpoint; return its clock."""
     newest = checkpoints.newest()
     assert newest is not None  # train looked
     tree, path = newest
-    then, now = tree["made_of"], _made_of(config, data)
+    then, now = tree["made_of"], _training_identity(config, data)
     if other := [name for name in now if then.get(name) != now[name]]:
         raise InputError(f"{path} was trained with another {', '.join(other)}; resume with the config and the clips of then")
     learner.set_state(tree["learner"])
-    return Clock(**tree["clock"])
+    return RunClock(**tree["clock"])
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -97,15 +97,15 @@ class Job:
         config: Class of its config, which says so in ``learns``.
         prepare: Takes ``config.data``, the folder of prepared motion and who is told of it.
         learner: Takes the config and what ``prepare`` returned.
-        sample: What is counted, in the plural.
-        lasting: Settings of the learner that a run keeps when it goes on.
+        sample_unit: What is counted, in the plural.
+        fixed_learner_settings: Settings of the learner that a run keeps when it goes on.
     """
 
     config: type[Config]
     prepare: Callable[..., Data]
     learner: Callable[..., Learner]
-    sample: str
-    lasting: tuple[str, ...] = ()
+    sample_unit: str
+    fixed_learner_settings: tuple[str, ...] = ()
 
 
 JOBS = {

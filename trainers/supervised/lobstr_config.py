@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from agents.lobstr.spec import LobstrSpec
 from configs.errors import require
+from configs.load import formerly
 
 
 @dataclass(frozen=True)
@@ -13,8 +14,8 @@ class LobstrDataConfig:
     Attributes:
         motions: Motion source: a BVH or MVNX file, a folder of them, or "synthetic".
         mapping: File that names the joints of a skeleton whose joints cannot be found; none if empty.
-        synthetic: Sets of made-up people beside the source, of four people each.
-        takes: Performances of each clip; all but the first are at another tempo.
+        synthetic_sets: Sets of made-up people beside the source, of four people each.
+        tempo_takes: Performances of each clip; all but the first are at another tempo.
         tempo: How much slower or quicker at most.
         mirror: Whether every performance is there in a mirror as well.
         holdout: Performer of the source kept out of training for model selection; "auto" picks one, "none" selects on training clips.
@@ -23,8 +24,8 @@ class LobstrDataConfig:
 
     motions: str = "synthetic"
     mapping: str = ""
-    synthetic: int = 0
-    takes: int = 1
+    synthetic_sets: int = formerly("synthetic", 0)
+    tempo_takes: int = formerly("takes", 1)
     tempo: float = 1.25
     mirror: bool = False
     holdout: str = "auto"
@@ -32,8 +33,8 @@ class LobstrDataConfig:
 
     def __post_init__(self) -> None:
         """Check the values."""
-        require(self.synthetic >= 0, "data.synthetic", self.synthetic, "0 or more")
-        require(self.takes >= 1, "data.takes", self.takes, "1 or more")
+        require(self.synthetic_sets >= 0, "data.synthetic_sets", self.synthetic_sets, "0 or more")
+        require(self.tempo_takes >= 1, "data.tempo_takes", self.tempo_takes, "1 or more")
         require(self.tempo >= 1.0, "data.tempo", self.tempo, "1 or more")
 
 
@@ -43,42 +44,50 @@ class LobstrLearnerConfig:
 
     Attributes:
         batch: Pieces of clips in a batch.
-        predicted: Frames of each piece that are predicted, each with a second behind it; feet's speeds need 2.
+        predicted_frames: Frames of each piece that are predicted, each with a second behind it; feet's speeds need 2.
         learning_rate: Of Adam, at the start.
         final_learning_rate: At the end; it falls by the same factor with every batch.
-        pose: Weight of the loss of poses (section 3.3).
-        kinematics: Weight of that of toe-base positions [1/m].
-        velocity: Weight of that of their speeds [frame/m].
-        contact: Weight of that of contacts.
-        noise: Standard deviation of how far trackers are off, in each frame anew [m] (appendix 2).
-        turned: Angle by which trackers are turned at most, in each frame anew [deg] (appendix 2).
-        displaced: Standard deviation of how far each tracker is from its joint along each axis, the same throughout a piece [m].
-        half: Whether products of matrices are in bfloat16: two to three times as quick where the processor knows it.
+        pose_weight: Weight of the loss of poses (section 3.3).
+        kinematics_weight: Weight of that of toe-base positions [1/m].
+        velocity_weight: Weight of that of their speeds [frame/m].
+        contact_weight: Weight of that of contacts.
+        position_noise_m: Standard deviation of how far trackers are off, in each frame anew [m] (appendix 2).
+        rotation_noise_deg: Angle by which trackers are turned at most, in each frame anew [deg] (appendix 2).
+        placement_std_m: Standard deviation of how far each tracker is from its joint along each axis, the same throughout a piece [m].
+        bfloat16: Whether products of matrices are in bfloat16: two to three times as quick where the processor knows it.
         threads: Threads of torch.
     """
 
     batch: int = 256
-    predicted: int = 2
+    predicted_frames: int = formerly("predicted", 2)
     learning_rate: float = 1e-3
     final_learning_rate: float = 2.2e-4
-    pose: float = 1.0
-    kinematics: float = 0.1
-    velocity: float = 0.1
-    contact: float = 1e-6
-    noise: float = 0.01
-    turned: float = 1.5
-    displaced: float = 0.0
-    half: bool = True
+    pose_weight: float = formerly("pose", 1.0)
+    kinematics_weight: float = formerly("kinematics", 0.1)
+    velocity_weight: float = formerly("velocity", 0.1)
+    contact_weight: float = formerly("contact", 1e-6)
+    position_noise_m: float = formerly("noise", 0.01)
+    rotation_noise_deg: float = formerly("turned", 1.5)
+    placement_std_m: float = formerly("displaced", 0.0)
+    bfloat16: bool = formerly("bfloat16", True)
     threads: int = 1
 
     def __post_init__(self) -> None:
         """Check the values."""
         for name in ("batch", "threads"):
             require(getattr(self, name) >= 1, f"learner.{name}", getattr(self, name), "1 or more")
-        require(self.predicted >= 2, "learner.predicted", self.predicted, "2 or more")
+        require(self.predicted_frames >= 2, "learner.predicted_frames", self.predicted_frames, "2 or more")
         for name in ("learning_rate", "final_learning_rate"):
             require(getattr(self, name) > 0.0, f"learner.{name}", getattr(self, name), "above 0")
-        for name in ("pose", "kinematics", "velocity", "contact", "noise", "turned", "displaced"):
+        for name in (
+            "pose_weight",
+            "kinematics_weight",
+            "velocity_weight",
+            "contact_weight",
+            "position_noise_m",
+            "rotation_noise_deg",
+            "placement_std_m",
+        ):
             require(getattr(self, name) >= 0.0, f"learner.{name}", getattr(self, name), "0 or more")
 
 

@@ -5,19 +5,19 @@ from typing import Any
 import torch
 from torch.nn import functional
 
-from agents.lobstr.model import LobstrModel, LowerBody, pose_targets
-from agents.lobstr.spec import WINDOW
+from agents.lobstr.model import LobstrModel, LowerBodyPrediction, pose_targets
+from agents.lobstr.spec import WINDOW_FRAMES
 from configs.errors import InputError
-from datasets.motion.rotation import about_axis, multiply, rotate
+from datasets.motion.rotation import from_axis_angle, multiply, rotate
 from datasets.trackers.features import tracker_features
-from datasets.trackers.lower_body import JOINTS, SIX, from_six, toe_positions
-from datasets.trackers.trackers import PELVIS
+from datasets.trackers.lower_body import LEG_JOINTS, ROTATION_6D_SIZE, from_rotation_6d, toe_positions
+from datasets.trackers.trackers import PELVIS_TRACKER
 from trainers.algorithms.learner_state import get_state, set_state
 from trainers.supervised.lobstr_config import LobstrConfig
 from trainers.supervised.lobstr_data import LobstrData
 
-STATISTICS = 512  # pieces from which the normalisation is taken
-SCORED = 512  # pieces of the held-out performer that a score looks at
+NUM_NORMALISATION_PIECES = 512  # pieces from which the normalisation is taken
+NUM_SCORED_PIECES = 512  # pieces of the held-out performer that a score looks at
 
 
 class LobstrLearner:
@@ -30,21 +30,23 @@ class LobstrLearner:
         self.config = config.learner
         self.model = LobstrModel(config.model)
         self.random = torch.Generator().manual_seed(config.seed)
-        self._length = WINDOW + self.config.predicted  # one more than features: they are differences
-        self._frames = data.frames._replace(poses=pose_targets(config.model, data.frames.poses, data.frames.rotations[:, PELVIS]))
-        self._starts, scored = data.training.starts(self._length), data.holdout.starts(self._length)
+        self._length = WINDOW_FRAMES + self.config.predicted_frames  # one more than features: they are differences
+        self._frames = data.frames._replace(poses=pose_targets(config.model, data.frames.poses, data.frames.rotations[:, PELVIS_TRACKER]))
+        self._starts, scored = data.training.window_starts(self._length), data.holdout.window_starts(self._length)
         for name, starts in (("training", self._starts), ("held-out", scored)):
             if not len(starts):
-                raise InputError(f"no {name} clip has {self._length} frames at 45 Hz; take longer clips or a smaller learner.predicted")
-        self._scored = scored[:: max(1, -(-len(scored) // SCORED))]
-        starts = self._draw(STATISTICS)
+                raise InputError(
+                    f"no {name} clip has {self._length} frames at 45 Hz; take longer clips or a smaller learner.predicted_frames"
+                )
+        self._scored = scored[:: max(1, -(-len(scored) // NUM_SCORED_PIECES))]
+        starts = self._sample_starts(NUM_NORMALISATION_PIECES)
         self.model.fit_normalisation(self._features(starts, noisy=True), self._frames.poses[starts])
         self.optimiser = torch.optim.Adam(self.model.parameters(), lr=self.config.learning_rate)
 
     @property
     def samples(self) -> int:
         """Predicted frames of an update."""
-        return self.config.batch * self.config.predicted
+        return self.config.batch * self.config.predicted_frames
 
     def learning_rate(self, progress: float) -> float:
         """Return Adam's rate at a share ``progress`` of the training."""
@@ -59,7 +61,7 @@ class LobstrLearner:
         for group in self.optimiser.param_groups:
             group["lr"] = self.learning_rate(progress)
         self.model.train()
-        loss = self._losses(self._draw(self.config.batch), noisy=True)["loss"]
+        loss = self._losses(self._sample_starts(self.config.batch), noisy=True)["loss"]
         self.optimiser.zero_grad()
         loss.backward()
         self.optimiser.step()
@@ -75,25 +77,25 @@ class LobstrLearner:
 
     def _losses(self, starts: torch.Tensor, noisy: bool) -> dict[str, torch.Tensor]:
         """Return the loss of pieces, and what it is about in numbers that mean something."""
-        rows = starts[:, None] + torch.arange(WINDOW, self._length)
+        rows = starts[:, None] + torch.arange(WINDOW_FRAMES, self._length)
         poses, contacts = self._frames.poses[rows], self._frames.contacts[rows].long()
         before = self._frames.poses[rows - 1] if self.model.spec.autoregressive else None
         features = self._features(starts, noisy)
-        with torch.autocast("cpu", torch.bfloat16, enabled=self.config.half):
-            predicted = LowerBody(*(part.float() for part in self.model(features, before)))
-        toes, true_toes = _toes(predicted.pose), _toes(poses)
-        distances = _norm(toes - true_toes)
+        with torch.autocast("cpu", torch.bfloat16, enabled=self.config.bfloat16):
+            predicted = LowerBodyPrediction(*(part.float() for part in self.model(features, before)))
+        toes, true_toes = _toe_base_positions(predicted.pose), _toe_base_positions(poses)
+        distances = _safe_norm(toes - true_toes)
         losses = {
             "pose": (predicted.pose - poses).abs().mean(),
             "kinematics": distances.mean(),
-            "velocity": _norm(toes.diff(dim=1) - true_toes.diff(dim=1)).mean(),  # ERRATA: predicted minus predicted
+            "velocity": _safe_norm(toes.diff(dim=1) - true_toes.diff(dim=1)).mean(),  # ERRATA: predicted minus predicted
             "contact": functional.cross_entropy(predicted.contact.flatten(0, 2), contacts.flatten()),
         }
         right = (predicted.contact.argmax(-1) == contacts).float().mean()
         loss = sum((getattr(self.config, name) * value for name, value in losses.items()), torch.zeros(()))
         return {"loss": loss, "toe_error_cm": 100.0 * distances.mean(), "contact_accuracy": 100.0 * right}
 
-    def _draw(self, count: int) -> torch.Tensor:
+    def _sample_starts(self, count: int) -> torch.Tensor:
         """Return the starts of random pieces: long clips are drawn as often as they have frames (appendix 3)."""
         return self._starts[torch.randint(len(self._starts), (count,), generator=self.random)]
 
@@ -101,21 +103,21 @@ class LobstrLearner:
         """Return what is seen of pieces, shape (B, ``WINDOW`` - 1 + predicted, F)."""
         rows = starts[:, None] + torch.arange(self._length)
         trackers = self._frames.positions[rows], self._frames.rotations[rows]
-        positions, rotations = self._disturb(*trackers) if noisy else trackers
+        positions, rotations = self._add_tracker_noise(*trackers) if noisy else trackers
         return tracker_features(self.model.spec.inputs, (positions[:, :-1], rotations[:, :-1]), (positions[:, 1:], rotations[:, 1:]))
 
-    def _disturb(self, positions: torch.Tensor, rotations: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+    def _add_tracker_noise(self, positions: torch.Tensor, rotations: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         """Return the trackers as they are worn, and as they are measured (appendix 2)."""
         shape = positions.shape[:-1]
 
         def normal(*size: int) -> torch.Tensor:
             return torch.randn(size, generator=self.random)
 
-        worn = normal(shape[0], 1, shape[2], 3) * self.config.displaced
-        off = functional.normalize(normal(*shape, 3), dim=-1) * normal(*shape, 1) * self.config.noise
-        angle = torch.rand(shape, generator=self.random) * torch.deg2rad(torch.tensor(self.config.turned))
-        turn = about_axis(functional.normalize(normal(*shape, 3), dim=-1), angle)
-        return positions + rotate(rotations, worn.expand(positions.shape)) + off, multiply(rotations, turn)
+        placement_offset = normal(shape[0], 1, shape[2], 3) * self.config.placement_std_m
+        position_noise = functional.normalize(normal(*shape, 3), dim=-1) * normal(*shape, 1) * self.config.position_noise_m
+        angle = torch.rand(shape, generator=self.random) * torch.deg2rad(torch.tensor(self.config.rotation_noise_deg))
+        rotation_noise = from_axis_angle(functional.normalize(normal(*shape, 3), dim=-1), angle)
+        return positions + rotate(rotations, placement_offset.expand(positions.shape)) + position_noise, multiply(rotations, rotation_noise)
 
     def get_state(self) -> dict[str, Any]:
         """Return everything that the next update depends on."""
@@ -126,10 +128,10 @@ class LobstrLearner:
         set_state(self.model, self.optimiser, self.random, state)
 
 
-def _toes(poses: torch.Tensor) -> torch.Tensor:
+def _toe_base_positions(poses: torch.Tensor) -> torch.Tensor:
     """Return toe-bases (..., 2, 3) [m] of poses (..., 48)."""
-    return toe_positions(from_six(poses.unflatten(-1, (len(JOINTS), SIX))))
+    return toe_positions(from_rotation_6d(poses.unflatten(-1, (len(LEG_JOINTS), ROTATION_6D_SIZE))))
 
 
-def _norm(v: torch.Tensor) -> torch.Tensor:
+def _safe_norm(v: torch.Tensor) -> torch.Tensor:
     return (v.square().sum(-1) + 1e-12).sqrt()

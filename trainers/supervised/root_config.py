@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from agents.root.spec import RootSpec
 from configs.errors import require
+from configs.load import formerly
 
 
 @dataclass(frozen=True)
@@ -13,38 +14,38 @@ class RootDataConfig:
     Attributes:
         motions: Motion source: a BVH or MVNX file, a folder of them, or "synthetic".
         mapping: File that names the joints of a skeleton whose joints cannot be found; none if empty.
-        synthetic: Sets of made-up people beside the source, of four people each.
+        synthetic_sets: Sets of made-up people beside the source, of four people each.
         kinds: Kinds of motion that are kept; all if empty.
         rough_ground: Whether stairs are kept.
-        poses: "optical" as recorded, "imu" as a simulated suit has them, or "both"; accelerations are the suit's in any case.
-        takes: Simulated suit recordings of each clip.
+        pose_source: "optical" as recorded, "imu" as a simulated suit has them, or "both"; accelerations are the suit's in any case.
+        suit_takes: Simulated suit recordings of each clip.
         tempo: All takes but the first are performed slower or quicker by up to this factor.
         suit_severity: How bad the suits are: 0 perfect, 1 as in the literature.
         holdout: Performer of the source kept out of training for model selection; "auto" picks one, "none" selects on training clips.
-        test: Performers of the source who are left out of everything, for tests.
+        test_performers: Performers of the source who are left out of everything, for tests.
         seed: Of everything random in the motion.
     """
 
     motions: str = "synthetic"
     mapping: str = ""
-    synthetic: int = 4
+    synthetic_sets: int = formerly("synthetic", 4)
     kinds: tuple[str, ...] = ()
     rough_ground: bool = True
-    poses: str = "both"
-    takes: int = 4
+    pose_source: str = formerly("poses", "both")
+    suit_takes: int = formerly("takes", 4)
     tempo: float = 1.5
     suit_severity: float = 1.0
     holdout: str = "auto"
-    test: tuple[str, ...] = ()
+    test_performers: tuple[str, ...] = formerly("test", ())
     seed: int = 0
 
     def __post_init__(self) -> None:
         """Check the values; OmegaConf hands lists over."""
         object.__setattr__(self, "kinds", tuple(self.kinds))
-        object.__setattr__(self, "test", tuple(self.test))
-        require(self.synthetic >= 0, "data.synthetic", self.synthetic, "0 or more")
-        require(self.poses in ("optical", "imu", "both"), "data.poses", f"'{self.poses}'", "optical, imu or both")
-        require(self.takes >= 1, "data.takes", self.takes, "1 or more")
+        object.__setattr__(self, "test", tuple(self.test_performers))
+        require(self.synthetic_sets >= 0, "data.synthetic_sets", self.synthetic_sets, "0 or more")
+        require(self.pose_source in ("optical", "imu", "both"), "data.pose_source", f"'{self.pose_source}'", "optical, imu or both")
+        require(self.suit_takes >= 1, "data.suit_takes", self.suit_takes, "1 or more")
         require(self.tempo >= 1.0, "data.tempo", self.tempo, "1 or more")
         require(self.suit_severity >= 0.0, "data.suit_severity", self.suit_severity, "0 or more")
 
@@ -59,7 +60,7 @@ class RootLearnerConfig:
         learning_rate: Of Adam, at the start.
         final_learning_rate: At the end; linear in between.
         weight_decay: Of Adam.
-        hidden: Share of the joints and sensors, legs and pelvis left out, that each window hides.
+        mask_share: Share of the joints and sensors, legs and pelvis left out, that each window hides.
         sequence: Windows that follow one another in a batch; of more than one the drift that they add up to is a loss as well,
             which the thesis misses in its own (3.5.1).
         threads: Threads of torch.
@@ -70,7 +71,7 @@ class RootLearnerConfig:
     learning_rate: float = 1e-3
     final_learning_rate: float = 1e-3
     weight_decay: float = 0.0
-    hidden: float = 0.0
+    mask_share: float = formerly("hidden", 0.0)
     sequence: int = 1
     threads: int = 1
 
@@ -83,7 +84,7 @@ class RootLearnerConfig:
             require(getattr(self, name) > 0.0, f"learner.{name}", getattr(self, name), "above 0")
         require(self.weight_decay >= 0.0, "learner.weight_decay", self.weight_decay, "0 or more")
         require(1 <= self.sequence <= self.batch, "learner.sequence", self.sequence, "from 1 to learner.batch")
-        require(0.0 <= self.hidden < 1.0, "learner.hidden", self.hidden, "from 0 up to but not 1")
+        require(0.0 <= self.mask_share < 1.0, "learner.mask_share", self.mask_share, "from 0 up to but not 1")
 
 
 @dataclass(frozen=True)
@@ -124,7 +125,7 @@ class RootConfig:
         sequence, batch = self.learner.sequence, self.learner.batch
         if sequence > 1:
             multiple = f"1, or such that learner.batch ({batch}) is a multiple of twice it"
-            should = multiple if self.model.steps_ahead else "1 for planar networks"
-            require(self.model.steps_ahead and batch % (2 * sequence) == 0, "learner.sequence", sequence, should)
+            should = multiple if self.model.predicts_steps_ahead else "1 for planar networks"
+            require(self.model.predicts_steps_ahead and batch % (2 * sequence) == 0, "learner.sequence", sequence, should)
         require(self.minutes >= 0.0, "minutes", self.minutes, "0 (no limit) or more")
         require(bool(self.name) and "/" not in self.name, "name", repr(self.name), "a folder's name")

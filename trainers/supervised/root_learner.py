@@ -9,14 +9,14 @@ from agents.root.augmentation import RootAugmentation
 from agents.root.model import RootModel
 from agents.root.windows import window_features, window_targets
 from configs.errors import InputError
-from datasets.imu.root_features import RATE, face_forward
+from datasets.imu.root_features import ROOT_RATE_HZ, to_heading_frame
 from trainers.algorithms.learner_state import get_state, set_state
 from trainers.supervised.root_config import RootConfig
 from trainers.supervised.root_data import PackedClips, RootData
 
 LOSSES = {"l1": functional.l1_loss, "mse": functional.mse_loss}
-STATISTICS = 20_000  # windows from which the normalisation is taken
-SCORED = 20_000  # windows of the held-out performer that a score looks at
+NUM_NORMALISATION_WINDOWS = 20_000  # windows from which the normalisation is taken
+NUM_SCORED_WINDOWS = 20_000  # windows of the held-out performer that a score looks at
 
 
 class RootLearner:
@@ -29,16 +29,16 @@ class RootLearner:
         self.config = config.learner
         self.model = RootModel(config.model)
         self.random = torch.Generator().manual_seed(config.seed)
-        self._training, self._starts = data.training, data.training.starts(config.model.window * config.learner.sequence)
-        self._holdout, self._scored = data.holdout, _spread(data.holdout, config.model.window)
+        self._training, self._starts = data.training, data.training.window_starts(config.model.window * config.learner.sequence)
+        self._holdout, self._scored = data.holdout, _evenly_spaced_windows(data.holdout, config.model.window)
         for name, windows in (("training", self._starts), ("held-out", self._scored)):
             if not len(windows):
                 raise InputError(
-                    f"no {name} clip is as long as {config.model.window * config.learner.sequence + 1} frames at {RATE:g} Hz; "
+                    f"no {name} clip is as long as {config.model.window * config.learner.sequence + 1} frames at {ROOT_RATE_HZ:g} Hz; "
                     "take longer clips, a smaller learner.sequence, or another data.holdout"
                 )
-        self._augment = RootAugmentation(config.model, self.config.hidden)
-        self.model.fit_normalisation(*self._windows(self._training, self._draw(STATISTICS)))
+        self._augment = RootAugmentation(config.model, self.config.mask_share)
+        self.model.fit_normalisation(*self._windows(self._training, self._sample_starts(NUM_NORMALISATION_WINDOWS)))
         self.optimiser = torch.optim.Adam(self.model.parameters(), lr=self.config.learning_rate, weight_decay=self.config.weight_decay)
 
     @property
@@ -58,13 +58,13 @@ class RootLearner:
         """
         for group in self.optimiser.param_groups:
             group["lr"] = self.learning_rate(progress)
-        starts = self._draw(self.config.batch)
+        starts = self._sample_starts(self.config.batch)
         features, targets = self._windows(self._training, starts)
         features, targets = self._augment(features, targets, self.model.feature_mean, self.random)
-        predicted = self.model.train().paths(features)
+        predicted = self.model.train().predict_paths(features)
         loss = self._loss(predicted, targets)
         if self.config.sequence > 1:
-            loss = loss + self._drift(predicted - targets, starts)
+            loss = loss + self._drift_loss(predicted - targets, starts)
         self.optimiser.zero_grad()
         loss.backward()
         self.optimiser.step()
@@ -88,7 +88,7 @@ class RootLearner:
         std = self.model.target_std
         return LOSSES[self.config.loss](predicted / std, targets / std)
 
-    def _drift(self, errors: torch.Tensor, starts: torch.Tensor) -> torch.Tensor:
+    def _drift_loss(self, errors: torch.Tensor, starts: torch.Tensor) -> torch.Tensor:
         """Return how far the windows of a sequence drift together, in standard deviations of one window's end.
 
         Args:
@@ -98,10 +98,10 @@ class RootLearner:
         headings = self._training.frames.heading[starts].view(-1, self.config.sequence)
         turned = headings - headings[:, :1]
         turned[: len(turned) // 2] *= -1.0  # which were mirrored
-        together = face_forward(errors[:, -1], -turned.flatten()).view(*turned.shape, 3).sum(1)
+        together = to_heading_frame(errors[:, -1], -turned.flatten()).view(*turned.shape, 3).sum(1)
         return (together / self.model.target_std[-1]).abs().mean() / self.config.sequence**0.5
 
-    def _draw(self, count: int) -> torch.Tensor:
+    def _sample_starts(self, count: int) -> torch.Tensor:
         """Return the starts of random windows: sequences of windows that follow one another, one sequence after the other."""
         first = self._starts[torch.randint(len(self._starts), (count // self.config.sequence,), generator=self.random)]
         return (first[:, None] + self.model.spec.window * torch.arange(self.config.sequence)).flatten()
@@ -119,7 +119,7 @@ class RootLearner:
         set_state(self.model, self.optimiser, self.random, state)
 
 
-def _spread(clips: PackedClips, window: int) -> torch.Tensor:
+def _evenly_spaced_windows(clips: PackedClips, window: int) -> torch.Tensor:
     """Return up to ``SCORED`` windows, evenly over all clips."""
-    starts = clips.starts(window)
-    return starts[:: max(1, -(-len(starts) // SCORED))]
+    starts = clips.window_starts(window)
+    return starts[:: max(1, -(-len(starts) // NUM_SCORED_WINDOWS))]

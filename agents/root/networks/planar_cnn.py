@@ -3,7 +3,7 @@
 import torch
 from torch import nn
 
-from agents.root.networks.planar_unet import KERNEL
+from agents.root.networks.planar_unet import KERNEL_FRAMES
 
 CHANNELS = (40, 20, 10)  # of the first three layers; the last gives the three coordinates
 
@@ -16,8 +16,8 @@ class PlanarCnn(nn.Module):
         super().__init__()
         layers: list[nn.Module] = []
         for into, out in zip((features, *CHANNELS[:-1]), CHANNELS, strict=True):
-            layers += [nn.Conv1d(into, out, KERNEL, padding=KERNEL // 2), nn.BatchNorm1d(out), nn.LeakyReLU()]
-        self.layers = nn.Sequential(*layers, nn.Conv1d(CHANNELS[-1], outputs, KERNEL, padding=KERNEL // 2))
+            layers += [nn.Conv1d(into, out, KERNEL_FRAMES, padding=KERNEL_FRAMES // 2), nn.BatchNorm1d(out), nn.LeakyReLU()]
+        self.layers = nn.Sequential(*layers, nn.Conv1d(CHANNELS[-1], outputs, KERNEL_FRAMES, padding=KERNEL_FRAMES // 2))
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
         """Return (B, 64, outputs) of normalised features (B, 64, F)."""

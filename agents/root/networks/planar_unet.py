@@ -5,9 +5,9 @@ from torch import nn
 
 from agents.root.networks.temporal_unet import TemporalUnet
 
-WINDOW = 64  # frames
+WINDOW_FRAMES = 64  # frames
 CHANNELS = (16, 32, 64)  # doubled going down; the thesis gives no first number, and 32 learns four times more slowly
-KERNEL = 5  # frames
+KERNEL_FRAMES = 5  # frames
 
 
 class PlanarUnet(nn.Module):
@@ -16,7 +16,7 @@ class PlanarUnet(nn.Module):
     def __init__(self, features: int, outputs: int = 3) -> None:
         """Build the network for frames of ``features`` numbers; it gives ``outputs`` for each."""
         super().__init__()
-        self.unet = TemporalUnet(features, CHANNELS, outputs, KERNEL)
+        self.unet = TemporalUnet(features, CHANNELS, outputs, KERNEL_FRAMES)
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
         """Return (B, 64, outputs) of normalised features (B, 64, F)."""

@@ -5,7 +5,7 @@ from torch import nn
 
 from agents.root.networks.temporal_unet import TemporalUnet
 
-WINDOW = 8  # frames
+WINDOW_FRAMES = 8  # frames
 CHANNELS = 9  # of every convolution but for what comes in and goes out
 HIDDEN = 32  # units of the first fully connected layer: the whole has a little under 40,000 parameters, as in the thesis
 
@@ -21,11 +21,11 @@ class Root3dUnet(nn.Module):
     def __init__(self, features: int, outputs: int = 3) -> None:
         """Build the network for frames of ``features`` numbers; it gives ``outputs`` for each."""
         super().__init__()
-        self.first = nn.Linear(WINDOW * features, HIDDEN)
-        self.second = nn.Linear(HIDDEN, WINDOW * CHANNELS)
+        self.first = nn.Linear(WINDOW_FRAMES * features, HIDDEN)
+        self.second = nn.Linear(HIDDEN, WINDOW_FRAMES * CHANNELS)
         self.unet = TemporalUnet(CHANNELS, (CHANNELS,) * 3, outputs, kernel=3)
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
         """Return (B, 8, outputs) of normalised features (B, 8, F)."""
         hidden = torch.relu(self.second(torch.relu(self.first(x.flatten(1)))))
-        return self.unet(hidden.view(-1, CHANNELS, WINDOW)).transpose(1, 2)
+        return self.unet(hidden.view(-1, CHANNELS, WINDOW_FRAMES)).transpose(1, 2)

@@ -9,13 +9,13 @@ from gymnasium.vector import AutoresetMode
 from datasets.library.motion_library import MotionLibrary
 from envs.mimic.episode_metrics import body_error
 from envs.mimic.spec import MimicSpec
-from envs.physics.humanoid_mjcf import FOOT_BODIES
+from envs.physics.humanoid_mjcf import FOOT_BODY_IDS
 from envs.physics.mujoco_cpu import CpuPhysics
-from envs.physics.protocol import CONTROL_STEP
+from envs.physics.protocol import CONTROL_STEP_S
 from envs.vector_env import AdaptMimicVectorEnv
-from trainers.evaluation.protocol import Act
+from trainers.evaluation.protocol import PolicyFn
 
-SLIPS = 0.1  # m/s, from which on a contact is said to slip
+MIN_SLIP_SPEED_M_S = 0.1  # m/s, from which on a contact is said to slip
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
@@ -42,7 +42,7 @@ class Contacts(NamedTuple):
         rows, wrench = [], np.zeros(6)
         for index, bodies in enumerate(model.geom_bodyid[data.contact.geom].reshape(-1, 2)):
             body = int(bodies.max())
-            if bodies.min() != 0 or body not in FOOT_BODIES:
+            if bodies.min() != 0 or body not in FOOT_BODY_IDS:
                 continue
             mujoco.mj_contactForce(model, data, index, wrench)
             if wrench[0] > 0.0:
@@ -58,7 +58,7 @@ class GroundContact(NamedTuple):
 
     Attributes:
         slip: Mean horizontal speed of the contact points [cm/s].
-        slipping: Share of the load at points quicker than ``SLIPS``.
+        slipping: Share of the load at points quicker than ``MIN_SLIP_SPEED_M_S``.
         depth: Mean depth [mm].
         depth_p99: 99th percentile of the contacts' depths, not weighed [mm].
         noise: Of the feet's speeds what reverses from engine step to engine step, mean over feet, toes and steps [cm/s].
@@ -83,8 +83,8 @@ class ContactPhysics(CpuPhysics):
     """Physics that looks at every contact of feet and floor at the beginning of every engine step.
 
     Attributes:
-        watched: Worlds that are looked at, shape (N,).
-        seen: What was found until now, by engine step and world.
+        active_worlds: Worlds that are looked at, shape (N,).
+        contacts: What was found until now, by engine step and world.
         foot_speeds: Velocities of feet and toes at each engine step [m/s], not a number in worlds that are not watched, each (N, 4, 3).
     """
 
@@ -92,43 +92,45 @@ class ContactPhysics(CpuPhysics):
         """Build the simulations of a model, all of them watched."""
         super().__init__(worlds, threads, model)
         self._data = mujoco.MjData(self.model)
-        self.watched = np.ones(worlds, dtype=bool)
-        self.seen: list[Contacts] = []
+        self.active_worlds = np.ones(worlds, dtype=bool)
+        self.contacts: list[Contacts] = []
         self.foot_speeds: list[np.ndarray] = []
 
     def _advance(self) -> None:
         for _ in range(self.steps):
-            speeds, velocity = np.full((len(self.watched), len(FOOT_BODIES), 3), np.nan), np.zeros(6)
-            for world in np.flatnonzero(self.watched):
+            speeds, velocity = np.full((len(self.active_worlds), len(FOOT_BODY_IDS), 3), np.nan), np.zeros(6)
+            for world in np.flatnonzero(self.active_worlds):
                 mujoco.mj_setState(self.model, self._data, self._batch.state[world], _STATE)
                 mujoco.mj_forward(self.model, self._data)
-                self.seen.append(Contacts.of(self.model, self._data, int(world)))
-                for place, body in enumerate(FOOT_BODIES):
+                self.contacts.append(Contacts.of(self.model, self._data, int(world)))
+                for place, body in enumerate(FOOT_BODY_IDS):
                     mujoco.mj_objectVelocity(self.model, self._data, mujoco.mjtObj.mjOBJ_BODY, body, velocity, 0)
                     speeds[world, place] = velocity[3:]
             self.foot_speeds.append(speeds)
             self._batch.step(nstep=1)
 
 
-class Watched(NamedTuple):
+class ContactRecording(NamedTuple):
     """Clips that were performed, one in each of N worlds, for up to one episode.
 
     Attributes:
         contacts: Of all worlds.
         foot_speeds: Of feet and toes at each engine step, not a number after a world's end [m/s], shape (K, N, 4, 3).
-        error: Mean distance of the bodies at each control step, not a number after a world's end [m], shape (S, N).
+        body_error: Mean distance of the bodies at each control step, not a number after a world's end [m], shape (S, N).
         steps: Control steps that each world could have lasted, shape (N,).
         time_step: Of the engine [s].
     """
 
     contacts: Contacts
     foot_speeds: np.ndarray
-    error: np.ndarray
+    body_error: np.ndarray
     steps: np.ndarray
     time_step: float
 
 
-def watch(model: mujoco.MjModel, library: MotionLibrary, spec: MimicSpec, act: Act, root_force: float = 0.0) -> Watched:
+def record_contacts(
+    model: mujoco.MjModel, library: MotionLibrary, spec: MimicSpec, act: PolicyFn, root_force: float = 0.0
+) -> ContactRecording:
     """Perform each clip from its first frame on until its episode ends, and note every contact.
 
     Args:
@@ -142,39 +144,39 @@ def watch(model: mujoco.MjModel, library: MotionLibrary, spec: MimicSpec, act: A
     env = AdaptMimicVectorEnv(library, count, spec, 1, AutoresetMode.DISABLED, physics=lambda n, threads: ContactPhysics(n, threads, model))
     physics = env.physics
     assert isinstance(physics, ContactPhysics)
-    env.assist = root_force
+    env.assist_force_bw = root_force
     observation, _ = env.reset(options={"clip": np.arange(count), "frame": np.zeros(count, dtype=int)})
     errors = []
-    while physics.watched.any():
+    while physics.active_worlds.any():
         observation, _, terminated, truncated, _ = env.step(act(observation))
-        off = body_error(physics.bodies(), env.library.at(env.rows).observed)
-        errors.append(np.where(physics.watched, off, np.nan))
-        physics.watched &= ~(terminated | truncated)
-    contacts = Contacts(*(np.concat(parts) for parts in zip(*physics.seen, strict=True)))
-    return Watched(contacts, np.array(physics.foot_speeds), np.array(errors), env.episode_steps, model.opt.timestep)
+        off = body_error(physics.bodies(), env.library.at(env.library_rows).observed)
+        errors.append(np.where(physics.active_worlds, off, np.nan))
+        physics.active_worlds &= ~(terminated | truncated)
+    contacts = Contacts(*(np.concat(parts) for parts in zip(*physics.contacts, strict=True)))
+    return ContactRecording(contacts, np.array(physics.foot_speeds), np.array(errors), env.episode_steps, model.opt.timestep)
 
 
-def measure(watched: Watched, worlds: np.ndarray) -> GroundContact:
+def measure_ground_contact(recording: ContactRecording, worlds: np.ndarray) -> GroundContact:
     """Return how feet and floor met in some worlds, given by their indices (n,)."""
-    chosen = np.isin(watched.contacts.world, worlds)
-    _, load, slip, depth, power = (part[chosen] for part in watched.contacts)
-    lived = np.isfinite(watched.error[:, worlds])
-    seconds = CONTROL_STEP * lived.sum()
+    chosen = np.isin(recording.contacts.world, worlds)
+    _, load, slip, depth, power = (part[chosen] for part in recording.contacts)
+    alive = np.isfinite(recording.body_error[:, worlds])
+    seconds = CONTROL_STEP_S * alive.sum()
     whole = load.sum() if load.any() else 1.0
     return GroundContact(
         slip=100.0 * float(slip @ load) / whole,
-        slipping=float(load[slip > SLIPS].sum()) / whole,
+        slipping=float(load[slip > MIN_SLIP_SPEED_M_S].sum()) / whole,
         depth=1e3 * float(depth @ load) / whole,
         depth_p99=1e3 * float(np.percentile(depth, 99.0)) if len(depth) else 0.0,
-        noise=100.0 * reversing(watched.foot_speeds[:, worlds]),
-        power=float(power.sum()) * watched.time_step / seconds,
-        contacts=len(load) * watched.time_step / seconds,
-        body_error=1e3 * float(np.nanmean(watched.error[:, worlds])),
-        lasted=float(lived.sum()) / float(watched.steps[worlds].sum()),
+        noise=100.0 * alternating_speed(recording.foot_speeds[:, worlds]),
+        power=float(power.sum()) * recording.time_step / seconds,
+        contacts=len(load) * recording.time_step / seconds,
+        body_error=1e3 * float(np.nanmean(recording.body_error[:, worlds])),
+        lasted=float(alive.sum()) / float(recording.steps[worlds].sum()),
     )
 
 
-def reversing(speeds: np.ndarray) -> float:
+def alternating_speed(speeds: np.ndarray) -> float:
     """Return how much of velocities (K, ..., 3) reverses from step to step: the mean length of (a - 2 b + c) / 4 of three in a row."""
     alternating = (speeds[:-2] - 2.0 * speeds[1:-1] + speeds[2:]) / 4.0
     return float(np.nanmean(np.linalg.norm(alternating, axis=-1)))

@@ -6,15 +6,15 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
-from envs.physics.humanoid_mjcf import ARMATURE, CONTACT_TIME_CONSTANT, FOOT_BODIES, FRICTION, HINGE_KV, TIME_STEP, build_model
+from envs.physics.humanoid_mjcf import ARMATURE, CONTACT_TIME_CONSTANT_S, FOOT_BODY_IDS, FRICTION, HINGE_KV, TIME_STEP_S, build_model
 
-CHOSEN, BEFORE = "in use", "before: 1/120 s"
-STEPS = {  # s, to where the slip converges: the variant that has it
+IN_USE, PREVIOUS = "in use", "before: 1/120 s"
+VARIANT_BY_TIME_STEP_S = {  # s, to where the slip converges: the variant that has it
     **{1.0 / rate: f"1/{rate} s" for rate in (120, 180)},
-    TIME_STEP: CHOSEN,
+    TIME_STEP_S: IN_USE,
     **{1.0 / rate: f"1/{rate} s" for rate in (480, 960)},
 }
-HALVED = STEPS[1.0 / 480.0]  # half the step in use
+HALF_TIME_STEP = VARIANT_BY_TIME_STEP_S[1.0 / 480.0]  # half the step in use
 _Edit = Callable[[mujoco.MjModel], None]
 
 
@@ -23,12 +23,12 @@ class ModelVariant(NamedTuple):
 
     Attributes:
         name: Of the variant.
-        what: One line that says what differs from the model in use.
+        description: One line that says what differs from the model in use.
         edit: Makes it of that model.
     """
 
     name: str
-    what: str
+    description: str
     edit: _Edit
 
     def build(self) -> mujoco.MjModel:
@@ -38,14 +38,14 @@ class ModelVariant(NamedTuple):
         return model
 
 
-def with_step(seconds: float) -> ModelVariant:
+def with_time_step(seconds: float) -> ModelVariant:
     """Return the model in use with another time step, its contacts' time constant in the same proportion to it."""
 
     def edit(model: mujoco.MjModel) -> None:
         model.opt.timestep = seconds
-        model.geom_solref[:, 0] = CONTACT_TIME_CONSTANT / TIME_STEP * seconds
+        model.geom_solref[:, 0] = CONTACT_TIME_CONSTANT_S / TIME_STEP_S * seconds
 
-    return ModelVariant(STEPS[seconds], "another time step, contacts as stiff as it resolves", edit)
+    return ModelVariant(VARIANT_BY_TIME_STEP_S[seconds], "another time step, contacts as stiff as it resolves", edit)
 
 
 def _before(model: mujoco.MjModel) -> None:
@@ -66,7 +66,7 @@ def _damped_motors(model: mujoco.MjModel) -> None:
 
 def _foot_armature(inertia: float) -> _Edit:
     def edit(model: mujoco.MjModel) -> None:
-        model.dof_armature[np.isin(model.dof_bodyid, FOOT_BODIES)] = inertia
+        model.dof_armature[np.isin(model.dof_bodyid, FOOT_BODY_IDS)] = inertia
 
     return edit
 
@@ -97,7 +97,7 @@ def _no_slip(model: mujoco.MjModel) -> None:
 
 
 def _heels(model: mujoco.MjModel) -> None:
-    for body in FOOT_BODIES[::2]:  # the back third of the foot's box: from heel to below the ankle
+    for body in FOOT_BODY_IDS[::2]:  # the back third of the foot's box: from heel to below the ankle
         (geom,) = np.flatnonzero(model.geom_bodyid == body)
         back = model.geom_pos[geom, 0] - model.geom_size[geom, 0]
         model.geom_size[geom, 0] /= 3.0
@@ -109,9 +109,9 @@ def _dense(model: mujoco.MjModel) -> None:
 
 
 VARIANTS: tuple[ModelVariant, ...] = (
-    ModelVariant(CHOSEN, f"1/{round(1.0 / TIME_STEP)} s, contacts of {1e3 * CONTACT_TIME_CONSTANT:g} ms", lambda _: None),
-    ModelVariant(BEFORE, "the thesis's step, MuJoCo's contacts of 20 ms, light ankles, motors with their own damping", _before),
-    *(with_step(step) for step in STEPS if step != TIME_STEP),
+    ModelVariant(IN_USE, f"1/{round(1.0 / TIME_STEP_S)} s, contacts of {1e3 * CONTACT_TIME_CONSTANT_S:g} ms", lambda _: None),
+    ModelVariant(PREVIOUS, "the thesis's step, MuJoCo's contacts of 20 ms, light ankles, motors with their own damping", _before),
+    *(with_time_step(step) for step in VARIANT_BY_TIME_STEP_S if step != TIME_STEP_S),
     ModelVariant("contacts of 20 ms", "MuJoCo's default", _time_constant),
     ModelVariant("impedance 0.98", "instead of 0.9 to 0.95: contacts that give way less", _impedance),
     ModelVariant("ankles 0.02", "kg m^2, as all other hinges", _foot_armature(ARMATURE)),

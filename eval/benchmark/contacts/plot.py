@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from eval.benchmark.contacts.measurement import SLIPS, GroundContact
+from eval.benchmark.contacts.measurement import MIN_SLIP_SPEED_M_S, GroundContact
 
 _STYLE = {"held": ("tab:grey", "root held, no policy"), "policy": ("tab:blue", "the package's policy")}
 
@@ -34,7 +34,7 @@ def draw_contacts(
         by_kind.bar(where, [kinds[model][name].slip for name in names], width, label=model, color=colour)
     by_kind.set_xticks(range(len(names)), names)
     by_kind.set(ylabel="slip, weighed by load [cm/s]", title="the package's policy, by kind of motion")
-    by_kind.axhline(100.0 * SLIPS, color="black", linewidth=0.5, linestyle=":")
+    by_kind.axhline(100.0 * MIN_SLIP_SPEED_M_S, color="black", linewidth=0.5, linestyle=":")
     by_kind.legend()
     png = BytesIO()
     figure.savefig(png, dpi=80, format="png")

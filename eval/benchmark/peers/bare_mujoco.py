@@ -12,17 +12,17 @@ from envs.physics.mujoco_cpu import CpuPhysics
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
-class Tape(CpuPhysics):
+class ControlRecorder(CpuPhysics):
     """Physics that notes where it began, its controls and its resets, so that bare MuJoCo can go the same way."""
 
     def __init__(self, worlds: int, threads: int) -> None:
         """Build the physics with an empty tape."""
         super().__init__(worlds, threads)
-        self.rewind()
+        self.restart_recording()
 
-    def rewind(self) -> None:
+    def restart_recording(self) -> None:
         """Begin a new recording here."""
-        self.begin = self.get_state()
+        self.initial_state = self.get_state()
         self.targets: list[np.ndarray] = []
         self.resets: dict[int, list[tuple[np.ndarray, np.ndarray]]] = defaultdict(list)  # by step: worlds and states (n, S)
 
@@ -40,13 +40,13 @@ class Tape(CpuPhysics):
 class BareBatch:
     """The native batch alone, on a tape's states and controls: no observation, no reward, no sensors."""
 
-    def __init__(self, tape: Tape, worlds: int, threads: int) -> None:
+    def __init__(self, tape: ControlRecorder, worlds: int, threads: int) -> None:
         """Build as many simulations as the tape has, on as many threads, in the quickest way of the batch: sharing memory."""
         self._tape, self._batch = tape, Batch(_bare_model(), nsim=worlds, nthread=threads)
 
     def prepare(self) -> None:
         """Go to where the recording began."""
-        self._batch.state[:] = self._tape.begin
+        self._batch.state[:] = self._tape.initial_state
 
     def run(self) -> int:
         """Repeat the recording; return the control steps of all worlds."""
@@ -63,14 +63,14 @@ class BareBatch:
 class BareStep:
     """``mujoco.mj_step`` alone, on the states and controls of a tape of one world."""
 
-    def __init__(self, tape: Tape) -> None:
+    def __init__(self, tape: ControlRecorder) -> None:
         """Build one simulation."""
         self._tape, self._model = tape, _bare_model()
         self._data = mujoco.MjData(self._model)
 
     def prepare(self) -> None:
         """Go to where the recording began."""
-        mujoco.mj_setState(self._model, self._data, self._tape.begin[0], _STATE)
+        mujoco.mj_setState(self._model, self._data, self._tape.initial_state[0], _STATE)
 
     def run(self) -> int:
         """Repeat the recording; return the control steps."""
@@ -90,7 +90,7 @@ def _bare_model() -> mujoco.MjModel:
     return model
 
 
-def _check_same_way(qpos: np.ndarray, tape: Tape) -> None:
+def _check_same_way(qpos: np.ndarray, tape: ControlRecorder) -> None:
     """Raise if bare MuJoCo did not end where the env ended: then the two were not compared on the same work."""
     if not np.array_equal(qpos, tape.poses()):
         raise RuntimeError("bare MuJoCo did not end in the env's states, so its rate is no limit of the env's")

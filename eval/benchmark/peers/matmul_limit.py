@@ -6,16 +6,16 @@ from typing import NamedTuple
 
 import torch
 
-from agents.policy.mlp import ONEDNN, product
+from agents.policy.mlp import HAS_ONEDNN, onednn_linear
 from trainers.algorithms.ppo_config import PpoConfig
 
 
-def by_mkl(rows: torch.Tensor, columns: torch.Tensor) -> torch.Tensor:
+def multiply_by_mkl(rows: torch.Tensor, columns: torch.Tensor) -> torch.Tensor:
     """Return ``rows @ columns.T`` as PyTorch does it by default."""
     return torch.mm(rows, columns.t())
 
 
-QUICKEST: Callable[[torch.Tensor, torch.Tensor], torch.Tensor] = product if ONEDNN else by_mkl
+QUICKEST: Callable[[torch.Tensor, torch.Tensor], torch.Tensor] = onednn_linear if HAS_ONEDNN else multiply_by_mkl
 
 
 class _Layer(NamedTuple):

@@ -66,13 +66,13 @@ class Sb3Learner:
             n_epochs=ppo.epochs,
             gamma=ppo.gamma,
             gae_lambda=ppo.gae_lambda,
-            clip_range=ppo.clip,
+            clip_range=ppo.clip_range,
             vf_coef=ppo.value_weight,
             max_grad_norm=ppo.max_grad_norm,
             policy_kwargs={
                 "net_arch": list(config.network.hidden),
                 "activation_fn": ACTIVATIONS[config.network.activation],
-                "log_std_init": float(np.log(ppo.sigma)),
+                "log_std_init": float(np.log(ppo.action_std)),
             },
             device="cpu",
         )
@@ -112,11 +112,11 @@ class RslLearner:
         from rsl_rl.storage import RolloutStorage
         from tensordict import TensorDict
 
-        self._data, self._sigma, (steps, worlds) = data, config.learner.sigma, data.rewards.shape
+        self._data, self._sigma, (steps, worlds) = data, config.learner.action_std, data.rewards.shape
         self._observations = [TensorDict({"policy": one}, batch_size=[worlds]) for one in data.observations]
         size, ppo = config.task.action_size, config.learner
         first, groups = self._observations[0], {"actor": ["policy"], "critic": ["policy"]}
-        noise = {"class_name": "GaussianDistribution", "init_std": ppo.sigma, "learn_std": False}
+        noise = {"class_name": "GaussianDistribution", "init_std": ppo.action_std, "learn_std": False}
         network: dict[str, Any] = {"hidden_dims": list(config.network.hidden), "activation": config.network.activation}
         self._transition = RolloutStorage.Transition
         self.model = PPO(
@@ -125,7 +125,7 @@ class RslLearner:
             RolloutStorage("rl", worlds, steps, first, [size]),
             num_learning_epochs=ppo.epochs,
             num_mini_batches=steps * worlds // ppo.minibatch,
-            clip_param=ppo.clip,
+            clip_param=ppo.clip_range,
             gamma=ppo.gamma,
             lam=ppo.gae_lambda,
             value_loss_coef=ppo.value_weight,

@@ -10,21 +10,21 @@ import numpy as np
 import torch
 
 from datasets.library.motion_library import MotionLibrary
-from eval.benchmark.peers.bare_mujoco import BareBatch, Tape
+from eval.benchmark.peers.bare_mujoco import BareBatch, ControlRecorder
 from eval.benchmark.peers.matmul_limit import MatrixProducts
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.algorithms.ppo_learner import PpoLearner
-from trainers.collectors.cpu_collector import RolloutActor
+from trainers.collectors.cpu_collector import CpuCollector
 from trainers.collectors.local_pool import RolloutPool
 from trainers.distributed.remote_learner import Learner
-from trainers.evaluation.protocol import Act, play, protocol
-from trainers.ppo.workers import crew
+from trainers.evaluation.protocol import PolicyFn, evaluate_rollouts, evaluation_rollouts
+from trainers.ppo.workers import build_workers
 
 THREADS = 2
 
 
 @dataclass(frozen=True)
-class Task:
+class TrainingTask:
     """What is trained.
 
     Attributes:
@@ -47,7 +47,7 @@ class Task:
         return np.full(len(self.library.clips), 1.0 / len(self.library.clips))
 
 
-class Iterated(Protocol):
+class TimedTraining(Protocol):
     """What can be timed."""
 
     def iterate(self) -> int:
@@ -55,42 +55,42 @@ class Iterated(Protocol):
         ...
 
 
-class Training(Iterated, Protocol):
+class Training(TimedTraining, Protocol):
     """What learns."""
 
-    task: Task
+    task: TrainingTask
 
     def act(self, observation: np.ndarray) -> np.ndarray:
         """Return the deterministic policy's actions (N, A) for observations (N, O)."""
         ...
 
 
-def iterate(one: Iterated) -> int:
+def iterate(one: TimedTraining) -> int:
     """Let it collect and learn once; return its samples."""
     return one.iterate()
 
 
-def length_ratio(training: Training) -> float:
+def training_length_ratio(training: Training) -> float:
     """Return the episode-length ratio of a training's deterministic policy, over the starts of the evaluation protocol."""
-    return ratio_of(training.act, training.task)
+    return policy_length_ratio(training.act, training.task)
 
 
-def ratio_of(act: Act, task: Task) -> float:
+def policy_length_ratio(act: PolicyFn, task: TrainingTask) -> float:
     """Return the episode-length ratio of a policy."""
-    found = play(act, task.library, task.config.task, protocol(task.library)[0], THREADS)
+    found = evaluate_rollouts(act, task.library, task.config.task, evaluation_rollouts(task.library)[0], THREADS)
     return float(found["episode_length_ratio"].mean())
 
 
 class OurTraining:
     """This project's trainer."""
 
-    def __init__(self, task: Task, learner: Learner, pool: RolloutPool) -> None:
+    def __init__(self, task: TrainingTask, learner: Learner, pool: RolloutPool) -> None:
         """Put learner and collectors together."""
         self.task, self._learner, self._pool = task, learner, pool
 
     def iterate(self) -> int:
         """Collect and learn; return the samples."""
-        collected = self._pool.collect(self._learner.weights(), self.task.config.learner.sigma)
+        collected = self._pool.collect(self._learner.weights(), self.task.config.learner.action_std)
         self._learner.update(collected.rollouts, 0.0)
         return collected.samples
 
@@ -100,9 +100,9 @@ class OurTraining:
 
 
 @contextmanager
-def our_training(task: Task) -> Iterator[OurTraining]:
+def our_training(task: TrainingTask) -> Iterator[OurTraining]:
     """Build our training, with the collectors that its config asks for."""
-    with crew(task.config, task.library, task.weights) as (learner, pool):
+    with build_workers(task.config, task.library, task.weights) as (learner, pool):
         yield OurTraining(task, learner, pool)
 
 
@@ -126,7 +126,7 @@ class PeerEnvs:
 class PeerTraining:
     """PPO of Stable-Baselines3 on our single env."""
 
-    def __init__(self, task: Task, model: Any) -> None:
+    def __init__(self, task: TrainingTask, model: Any) -> None:
         """Take a model whose envs are in a ``VecNormalize``."""
         self.task, self._model = task, model
 
@@ -142,7 +142,7 @@ class PeerTraining:
 
 
 @contextmanager
-def peer_training(task: Task, envs: PeerEnvs) -> Iterator[PeerTraining]:
+def peer_training(task: TrainingTask, envs: PeerEnvs) -> Iterator[PeerTraining]:
     """Build PPO of Stable-Baselines3 as its users do, with our settings; what we have no word for stays at its default."""
     from stable_baselines3 import PPO
     from stable_baselines3.common import vec_env
@@ -162,9 +162,9 @@ def peer_training(task: Task, envs: PeerEnvs) -> Iterator[PeerTraining]:
             n_epochs=ppo.epochs,
             gamma=ppo.gamma,
             gae_lambda=ppo.gae_lambda,
-            clip_range=ppo.clip,
+            clip_range=ppo.clip_range,
             target_kl=ppo.target_kl or None,
-            policy_kwargs={"net_arch": list(config.network.hidden), "log_std_init": math.log(ppo.sigma)},
+            policy_kwargs={"net_arch": list(config.network.hidden), "log_std_init": math.log(ppo.action_std)},
             seed=config.seed,
             device="cpu",
         )
@@ -174,16 +174,16 @@ def peer_training(task: Task, envs: PeerEnvs) -> Iterator[PeerTraining]:
 class BareTraining:
     """The least there is to do: MuJoCo stepping through a rollout that was collected before, and the matrix products of its update."""
 
-    def __init__(self, task: Task) -> None:
+    def __init__(self, task: TrainingTask) -> None:
         """Collect the rollout."""
         config = task.config
-        collector = RolloutActor(config, 0, 0, task.library.clips, task.library.arrays(), task.library.fps, task.weights)
-        state, tape = collector.get_state(), Tape(config.collect.envs, config.collect.threads)
+        collector = CpuCollector(config, 0, 0, task.library.clips, task.library.arrays(), task.library.fps, task.weights)
+        state, tape = collector.get_state(), ControlRecorder(config.collect.envs, config.collect.threads)
         collector.env.physics = tape
         collector.set_state(state)
-        tape.rewind()
+        tape.restart_recording()
         learner = PpoLearner(config)
-        collector.collect(learner.weights(), config.learner.sigma, 0.0)
+        collector.collect(learner.weights(), config.learner.action_std, 0.0)
         self._bare, self._products = BareBatch(tape, config.collect.envs, config.collect.threads), MatrixProducts(config)
 
     def iterate(self) -> int:
@@ -194,6 +194,6 @@ class BareTraining:
 
 
 @contextmanager
-def bare_training(task: Task) -> Iterator[BareTraining]:
+def bare_training(task: TrainingTask) -> Iterator[BareTraining]:
     """Build the least there is to do."""
     yield BareTraining(task)

@@ -95,7 +95,7 @@ class Job:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class SimulationOutcome:
     """What a simulated training did.
 
     Attributes:
@@ -118,12 +118,14 @@ class Outcome:
         return 1.0 - self.shares[LEARNER]
 
     @property
-    def binding(self) -> str:
+    def bottleneck(self) -> str:
         """What most of the time goes to."""
         return max(self.shares, key=lambda name: self.shares[name])
 
 
-def simulate(costs: Costs, cluster: Cluster, job: Job, random: np.random.Generator, iterations: int = 50, warm_up: int = 5) -> Outcome:
+def simulate(
+    costs: Costs, cluster: Cluster, job: Job, random: np.random.Generator, iterations: int = 50, warm_up: int = 5
+) -> SimulationOutcome:
     """Return what a training does in ``iterations`` after the first ``warm_up``."""
     training = _Training(costs, cluster, job, random)
     training.call(np.arange(job.actors))
@@ -139,7 +141,7 @@ def simulate(costs: Costs, cluster: Cluster, job: Job, random: np.random.Generat
         if not job.overlapped:
             training.call(arrived)
     books, seconds = training.books, training.now - training.books.begin
-    return Outcome(
+    return SimulationOutcome(
         samples_per_second=books.samples / seconds,
         batch=books.samples / iterations,
         seconds=seconds / iterations,
@@ -148,7 +150,7 @@ def simulate(costs: Costs, cluster: Cluster, job: Job, random: np.random.Generat
     )
 
 
-def one_after_another(ready: np.ndarray, seconds: float) -> np.ndarray:
+def fifo_completion_times(ready: np.ndarray, seconds: float) -> np.ndarray:
     """Return when each of some things is done where they are served one at a time, first come, first served.
 
     Args:
@@ -189,7 +191,7 @@ class _Training:
         """Have actors collect with the newest weights there are."""
         asked = self.now + self.costs.submit_seconds * np.arange(1, len(actors) + 1)
         _, first, node = np.unique(self.node[actors], return_index=True, return_inverse=True)
-        sent = one_after_another(asked[first], self.costs.weight_bytes * self.second_of_byte)  # the weights, once to each node
+        sent = fifo_completion_times(asked[first], self.costs.weight_bytes * self.second_of_byte)  # the weights, once to each node
         begin = np.maximum(asked, sent[node])
         self._spend(DRIVER, self.costs.submit_seconds * len(actors))
         self.typical = (self.now + self.usual, float(begin.max()) + self.usual)

@@ -10,31 +10,31 @@ import torch
 
 from datasets.library.motion_library import MotionLibrary
 from eval.benchmark.scaling.cluster_simulation import Costs
-from eval.benchmark.scaling.noop_collector import IdleCollector
-from eval.benchmark.scaling.sweep import THREADS
-from eval.benchmark.timing.interleaved import Contender
+from eval.benchmark.scaling.noop_collector import NoopCollector
+from eval.benchmark.scaling.sweep import THREADS_PER_ACTOR
+from eval.benchmark.timing.interleaved import BenchmarkCase
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.algorithms.ppo_learner import PpoLearner
 from trainers.algorithms.rollout import Rollout
-from trainers.collectors.cpu_collector import RolloutActor
+from trainers.collectors.cpu_collector import CpuCollector
 from trainers.distributed.ray_cluster import RayCluster
 from trainers.distributed.ray_pool import RayPool
 from trainers.runs.checkpoint import save_checkpoint
 
 ONE_CORE, ACTOR, FEW_WORLDS, LEARNER, ITERATION = "one core", "an actor", "an actor, few worlds", "learner", "2 cores, measured"
 SUBMIT, STORE, CHECKPOINT = "submit", "store", "checkpoint"
-FEW = 16  # worlds of the actor that shows what a control step costs, however few its worlds
-CROWDS = (64, 1024)  # collectors without work in the pool that shows what the driver's work is for each
-IDLERS = 4  # processes that stand for all of them
-UNHURRIED = 1e4  # s, that a rollout takes by their word: so nobody finds any of them late
+NUM_FEW_WORLDS = 16  # worlds of the actor that shows what a control step costs, however few its worlds
+POOL_SIZES = (64, 1024)  # collectors without work in the pool that shows what the driver's work is for each
+NUM_NOOP_ACTORS = 4  # processes that stand for all of them
+NOOP_ROLLOUT_S = 1e4  # s, that a rollout takes by their word: so nobody finds any of them late
 
 
-class Crowd(RayCluster):
+class SharedActorCluster(RayCluster):
     """A cluster on which few processes stand for many actors."""
 
     def __init__(self, ray: Any, idlers: Sequence[Any]) -> None:
         """Take Ray and its handles of the processes."""
-        self.ray, self.shared, self._idlers, self._given = ray, ((), None, 0.0, np.zeros(0)), idlers, 0
+        self.ray, self.shared_library, self._idlers, self._given = ray, ((), None, 0.0, np.zeros(0)), idlers, 0
 
     def actor(self, of: type[Any], threads: int, *arguments: object, gpus: int = 0) -> Any:
         """Return the next process."""
@@ -42,7 +42,7 @@ class Crowd(RayCluster):
         return self._idlers[self._given % len(self._idlers)]
 
 
-class Parts:
+class MeasuredParts:
     """A training in parts."""
 
     def __init__(self, config: PpoConfig, library: MotionLibrary, cluster: RayCluster, folder: Path) -> None:
@@ -50,37 +50,37 @@ class Parts:
         clip_weights = np.ones(len(library.clips))
         collect = config.collect
 
-        def actor(**changes: int) -> RolloutActor:
+        def actor(**changes: int) -> CpuCollector:
             changed = replace(config, collect=replace(collect, **changes))
-            return RolloutActor(changed, 0, 0, library.clips, library.arrays(), library.fps, clip_weights)
+            return CpuCollector(changed, 0, 0, library.clips, library.arrays(), library.fps, clip_weights)
 
         self._config, self._folder, self._ray = config, folder, cluster.ray
         self._learner = PpoLearner(config)
-        self._weights, self._sigma = self._learner.weights(), config.learner.sigma
+        self._weights, self._sigma = self._learner.weights(), config.learner.action_std
         self._one, self._two = actor(threads=1, horizon=max(collect.horizon // 4, 1)), actor()
-        self._few = actor(envs=min(FEW, collect.envs))
+        self._few = actor(envs=min(NUM_FEW_WORLDS, collect.envs))
         self._pool = RayPool(config, cluster)
         self._rollout = self._two.collect(self._weights, self._sigma, 0.0)
-        arguments = (self._rollout, self._rollout.report(UNHURRIED))
-        self._idlers = [cluster.ray.remote(num_cpus=0)(IdleCollector).remote(*arguments) for _ in range(IDLERS)]
-        self._crowds = [self._crowd(size) for size in CROWDS]
+        arguments = (self._rollout, self._rollout.report(NOOP_ROLLOUT_S))
+        self._noop_actors = [cluster.ray.remote(num_cpus=0)(NoopCollector).remote(*arguments) for _ in range(NUM_NOOP_ACTORS)]
+        self._crowds = [self._crowd(size) for size in POOL_SIZES]
         self._learn()  # with the first update the optimiser's moments come into the checkpoint
         self._tree = {"learner": self._learner.get_state(), "actors": self._pool.get_state()}
 
-    def contenders(self) -> list[Contender]:
+    def cases(self) -> list[BenchmarkCase]:
         """Return what is timed."""
-        one, two = (lambda: torch.set_num_threads(1)), (lambda: torch.set_num_threads(THREADS))
+        one, two = (lambda: torch.set_num_threads(1)), (lambda: torch.set_num_threads(THREADS_PER_ACTOR))
         collects = (self._weights, self._sigma, 0.0)
         return [
-            Contender(ONE_CORE, "an actor of one thread: envs, physics, policy", lambda: self._one.collect(*collects).samples, one),
-            Contender(ACTOR, "the same with two threads", lambda: self._two.collect(*collects).samples, two),
-            Contender(FEW_WORLDS, f"the same with {FEW} worlds", lambda: self._few.collect(*collects).samples, two),
-            Contender(LEARNER, "PpoLearner.update, two threads, all passes", self._learn, two),
-            Contender(ITERATION, "iterations of a training, one actor of Ray's, synchronous", self._iterate, two),
-            Contender(SUBMIT, "calling actors", self._submit, self._rest),
-            *(Contender(crowd_name(size), "collecting nothing", self._ask(i), self._rest) for i, size in enumerate(CROWDS)),
-            Contender(STORE, "a rollout through Ray's object store", self._store, self._rest),
-            Contender(CHECKPOINT, "writing a checkpoint", self._save),
+            BenchmarkCase(ONE_CORE, "an actor of one thread: envs, physics, policy", lambda: self._one.collect(*collects).samples, one),
+            BenchmarkCase(ACTOR, "the same with two threads", lambda: self._two.collect(*collects).samples, two),
+            BenchmarkCase(FEW_WORLDS, f"the same with {NUM_FEW_WORLDS} worlds", lambda: self._few.collect(*collects).samples, two),
+            BenchmarkCase(LEARNER, "PpoLearner.update, two threads, all passes", self._learn, two),
+            BenchmarkCase(ITERATION, "iterations of a training, one actor of Ray's, synchronous", self._iterate, two),
+            BenchmarkCase(SUBMIT, "calling actors", self._submit, self._rest),
+            *(BenchmarkCase(pool_case_name(size), "collecting nothing", self._ask(i), self._rest) for i, size in enumerate(POOL_SIZES)),
+            BenchmarkCase(STORE, "a rollout through Ray's object store", self._store, self._rest),
+            BenchmarkCase(CHECKPOINT, "writing a checkpoint", self._save),
         ]
 
     def sizes(self) -> dict[str, float]:
@@ -96,7 +96,7 @@ class Parts:
 
     def _crowd(self, size: int) -> RayPool:
         many = replace(self._config, collect=replace(self._config.collect, actors=size))
-        return RayPool(many, Crowd(self._ray, self._idlers))
+        return RayPool(many, SharedActorCluster(self._ray, self._noop_actors))
 
     def _learn(self) -> int:
         self._learner.update([self._rollout], 0.0)
@@ -108,19 +108,19 @@ class Parts:
         return collected.samples
 
     def _submit(self) -> int:
-        for place in range(CROWDS[-1]):
-            self._idlers[place % IDLERS].collect_and_report.options(num_returns=2).remote(None, self._sigma, 0.0)
-        return CROWDS[-1]
+        for place in range(POOL_SIZES[-1]):
+            self._noop_actors[place % NUM_NOOP_ACTORS].collect_and_report.options(num_returns=2).remote(None, self._sigma, 0.0)
+        return POOL_SIZES[-1]
 
     def _ask(self, index: int) -> Callable[[], int]:
         return lambda: len(self._crowds[index].collect(None, self._sigma).reports)
 
     def _store(self) -> int:
-        return _bytes(self._ray.get(self._idlers[0].give.remote()))
+        return _bytes(self._ray.get(self._noop_actors[0].give.remote()))
 
     def _rest(self) -> None:
         """Wait until nobody has anything to do."""
-        self._ray.get([idler.is_ready.remote() for idler in self._idlers])
+        self._ray.get([idler.is_ready.remote() for idler in self._noop_actors])
 
     def _save(self) -> float:
         return self._write(self._tree)
@@ -129,12 +129,12 @@ class Parts:
         return float(save_checkpoint(self._folder, 0, tree).stat().st_size)
 
 
-def crowd_name(size: int) -> str:
+def pool_case_name(size: int) -> str:
     """Return the name of the contender that asks so many collectors."""
     return f"{size} calls"
 
 
-def costs_of(rates: dict[str, float], worlds: int, sizes: dict[str, float]) -> Costs:
+def derive_costs(rates: dict[str, float], worlds: int, sizes: dict[str, float]) -> Costs:
     """Return what the parts of a training take.
 
     Args:
@@ -142,19 +142,19 @@ def costs_of(rates: dict[str, float], worlds: int, sizes: dict[str, float]) -> C
         worlds: Of an actor.
         sizes: See ``Parts.sizes``.
     """
-    few = min(FEW, worlds)
+    few = min(NUM_FEW_WORLDS, worlds)
     step, short = worlds / rates[ACTOR], few / rates[FEW_WORLDS]
     world = (step - short) / max(worlds - few, 1)
     submit = 1.0 / rates[SUBMIT]
-    one, other = (1.0 / rates[crowd_name(size)] - submit for size in CROWDS)
+    one, other = (1.0 / rates[pool_case_name(size)] - submit for size in POOL_SIZES)
     # Of n awaited rollouts each finds (n - 1) / 2 others on average.
-    crowd = max((other - one) / ((CROWDS[1] - CROWDS[0]) / 2.0), 0.0)
+    crowd = max((other - one) / ((POOL_SIZES[1] - POOL_SIZES[0]) / 2.0), 0.0)
     return Costs(
         step_seconds=max(short - few * world, 0.0),
         world_seconds=world,
         learner_rate=rates[LEARNER],
         submit_seconds=submit,
-        gather_seconds=max(one - crowd * (CROWDS[0] - 1) / 2.0, 0.0),
+        gather_seconds=max(one - crowd * (POOL_SIZES[0] - 1) / 2.0, 0.0),
         crowd_seconds=crowd,
         store_rate=rates[STORE],
         write_rate=rates[CHECKPOINT],

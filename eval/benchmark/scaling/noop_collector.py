@@ -3,7 +3,7 @@
 from trainers.algorithms.rollout import Rollout, RolloutReport
 
 
-class IdleCollector:
+class NoopCollector:
     """Collects nothing, and says so at once: what calling it takes is the driver's and Ray's work alone."""
 
     def __init__(self, rollout: Rollout, report: RolloutReport) -> None:

@@ -6,24 +6,24 @@ from typing import Any
 
 import numpy as np
 
-from eval.benchmark.scaling.cluster_simulation import Cluster, Costs, Job, Outcome, simulate
+from eval.benchmark.scaling.cluster_simulation import Cluster, Costs, Job, SimulationOutcome, simulate
 
-CORES = (*(2**power for power in range(1, 14)), 10_000)
-THREADS = 2  # of an actor, as in configs/mixed.yaml
-WORLDS, HORIZON = 256, 32  # of an actor, as in configs/mixed.yaml
-USEFUL_BATCH = 65_536  # samples of an iteration in the thesis (Table 4.3); here twice as many cost a third of each sample's worth
-SHORTEST = 16  # steps of a rollout in the thesis; shorter ones bootstrap nearly every sample from the value
+CORE_COUNTS = (*(2**power for power in range(1, 14)), 10_000)
+THREADS_PER_ACTOR = 2  # of an actor, as in configs/mixed.yaml
+WORLDS_PER_ACTOR, HORIZON = 256, 32  # of an actor, as in configs/mixed.yaml
+CRITICAL_BATCH_SAMPLES = 65_536  # samples of an iteration in the thesis (Table 4.3); here twice as many cost a third of each sample's worth
+MIN_HORIZON = 16  # steps of a rollout in the thesis; shorter ones bootstrap nearly every sample from the value
 GROWING, FIXED = "growing", "fixed"  # batches
-READINGS = {
-    GROWING: f"each actor brings {WORLDS} worlds x {HORIZON} steps, however many there are",
-    FIXED: f"{USEFUL_BATCH:,} samples shared among the actors: shorter rollouts first, to {SHORTEST} steps, then fewer worlds",
+BATCH_SCALINGS = {
+    GROWING: f"each actor brings {WORLDS_PER_ACTOR} worlds x {HORIZON} steps, however many there are",
+    FIXED: f"{CRITICAL_BATCH_SAMPLES:,} samples shared among the actors: shorter rollouts first, to {MIN_HORIZON} steps, then fewer worlds",
 }
-WORTHWHILE = 1.2  # times the speed that twice the cores should bring
+MIN_DOUBLING_SPEEDUP = 1.2  # times the speed that twice the cores should bring
 SEED = 0
 
 
 @dataclass(frozen=True)
-class Learner:
+class LearnerMachine:
     """A machine that updates the policy.
 
     Attributes:
@@ -43,11 +43,11 @@ class Learner:
         return self.rate or self.times * measured
 
 
-MEASURED = Learner("two cores", "measured in this run")
+MEASURED_LEARNER = LearnerMachine("two cores", "measured in this run")
 LEARNERS = (
-    MEASURED,
-    Learner("64 cores", "assumed: 32 times as many at an efficiency of 25 %", times=8.0),
-    Learner("GPU", "assumed: 2 ms to launch the kernels of a minibatch of 2,048, four passes", rate=2_048 / (4 * 2e-3)),
+    MEASURED_LEARNER,
+    LearnerMachine("64 cores", "assumed: 32 times as many at an efficiency of 25 %", times=8.0),
+    LearnerMachine("GPU", "assumed: 2 ms to launch the kernels of a minibatch of 2,048, four passes", rate=2_048 / (4 * 2e-3)),
 )
 
 
@@ -55,19 +55,19 @@ LEARNERS = (
 class Row:
     """A training on so many cores, simulated in both ways."""
 
-    reading: str
-    learner: Learner
+    batch_scaling: str
+    learner: LearnerMachine
     cores: int
-    synchronous: Outcome
-    overlapped: Outcome
+    synchronous: SimulationOutcome
+    overlapped: SimulationOutcome
 
     @property
-    def useful(self) -> float:
+    def useful_samples_per_second(self) -> float:
         """Overlapped samples per second, by their worth."""
-        return self.overlapped.samples_per_second * worth(self.overlapped.batch)
+        return self.overlapped.samples_per_second * sample_efficiency(self.overlapped.batch)
 
 
-def worth(batch: float) -> float:
+def sample_efficiency(batch: float) -> float:
     """Return how much of a step's progress a sample buys in a batch, against one in a tiny batch.
 
     A training that needs E samples in tiny batches needs E (1 + B/B_crit) in batches of B (McCandlish et al. 2018, eq. 2.11).
@@ -75,42 +75,49 @@ def worth(batch: float) -> float:
     Args:
         batch: Samples of an iteration.
     """
-    return 1.0 / (1.0 + batch / USEFUL_BATCH)
+    return 1.0 / (1.0 + batch / CRITICAL_BATCH_SAMPLES)
 
 
-def job(reading: str, cores: int, overlapped: bool) -> Job:
+def make_job(reading: str, cores: int, overlapped: bool) -> Job:
     """Return how a training uses so many cores."""
-    actors = max(cores // THREADS, 1)
+    actors = max(cores // THREADS_PER_ACTOR, 1)
     if reading == GROWING:
-        return Job(actors, THREADS, WORLDS, HORIZON, overlapped)
-    share = -(-USEFUL_BATCH // actors)
-    horizon = max(-(-share // WORLDS), SHORTEST)
-    return Job(actors, THREADS, max(round(share / horizon), 1), horizon, overlapped)
+        return Job(actors, THREADS_PER_ACTOR, WORLDS_PER_ACTOR, HORIZON, overlapped)
+    share = -(-CRITICAL_BATCH_SAMPLES // actors)
+    horizon = max(-(-share // WORLDS_PER_ACTOR), MIN_HORIZON)
+    return Job(actors, THREADS_PER_ACTOR, max(round(share / horizon), 1), horizon, overlapped)
 
 
-def run(reading: str, learner: Learner, cores: int, overlapped: bool, costs: Costs, cluster: Cluster) -> Outcome:
+def simulate_training(
+    reading: str, learner: LearnerMachine, cores: int, overlapped: bool, costs: Costs, cluster: Cluster
+) -> SimulationOutcome:
     """Return the outcome of one simulated training."""
     served = replace(costs, learner_rate=learner.samples_per_second(costs.learner_rate))
-    return simulate(served, cluster, job(reading, cores, overlapped), np.random.default_rng(SEED))
+    return simulate(served, cluster, make_job(reading, cores, overlapped), np.random.default_rng(SEED))
 
 
-def study(costs: Costs, cluster: Cluster) -> list[Row]:
+def simulate_sweep(costs: Costs, cluster: Cluster) -> list[Row]:
     """Return every reading, learner and size, in this order."""
     return [
-        Row(reading, learner, cores, *(run(reading, learner, cores, overlapped, costs, cluster) for overlapped in (False, True)))
-        for reading in READINGS
+        Row(
+            reading,
+            learner,
+            cores,
+            *(simulate_training(reading, learner, cores, overlapped, costs, cluster) for overlapped in (False, True)),
+        )
+        for reading in BATCH_SCALINGS
         for learner in LEARNERS
-        for cores in CORES
+        for cores in CORE_COUNTS
     ]
 
 
-def of(rows: Sequence[Row], reading: str, learner: Learner) -> list[Row]:
+def select_rows(rows: Sequence[Row], reading: str, learner: LearnerMachine) -> list[Row]:
     """Return the sizes of a reading and a learner, smallest first."""
-    return [row for row in rows if row.reading == reading and row.learner == learner]
+    return [row for row in rows if row.batch_scaling == reading and row.learner == learner]
 
 
-def where_it_stops(rows: Sequence[Row], rates: Sequence[float]) -> int:
-    """Return the index of the first size at which twice the cores bring less than ``WORTHWHILE``; of the largest if there is none.
+def find_limit_index(rows: Sequence[Row], rates: Sequence[float]) -> int:
+    """Return the index of the first size at which twice the cores bring less than ``MIN_DOUBLING_SPEEDUP``, or of the last.
 
     Args:
         rows: Of one reading and learner, smallest first.
@@ -118,31 +125,31 @@ def where_it_stops(rows: Sequence[Row], rates: Sequence[float]) -> int:
     """
     doublings = np.diff(np.log2([row.cores for row in rows]))
     gains = (np.array(rates[1:]) / np.array(rates[:-1])) ** (1.0 / doublings)
-    return int(np.append(gains < WORTHWHILE, True).argmax())
+    return int(np.append(gains < MIN_DOUBLING_SPEEDUP, True).argmax())
 
 
-def stop(rows: Sequence[Row]) -> tuple[Row, str]:
+def find_scaling_limit(rows: Sequence[Row]) -> tuple[Row, str]:
     """Return where scaling stops paying by samples per second, overlapped, and what most of the next size's time goes to."""
-    index = where_it_stops(rows, [row.overlapped.samples_per_second for row in rows])
-    return rows[index], rows[index + 1].overlapped.binding if index + 1 < len(rows) else "nothing yet"
+    index = find_limit_index(rows, [row.overlapped.samples_per_second for row in rows])
+    return rows[index], rows[index + 1].overlapped.bottleneck if index + 1 < len(rows) else "nothing yet"
 
 
-def useful_stop(rows: Sequence[Row]) -> Row:
+def find_useful_scaling_limit(rows: Sequence[Row]) -> Row:
     """Return where it stops paying by useful samples per second."""
-    return rows[where_it_stops(rows, [row.useful for row in rows])]
+    return rows[find_limit_index(rows, [row.useful_samples_per_second for row in rows])]
 
 
-def summary(rows: Sequence[Row], core_rate: float) -> dict[str, Any]:
+def sweep_summary(rows: Sequence[Row], core_rate: float) -> dict[str, Any]:
     """Return everything as JSON values; ``core_rate`` is what one core collects [samples/s]."""
-    found: dict[str, Any] = {reading: {} for reading in READINGS}
-    for reading in READINGS:
+    found: dict[str, Any] = {reading: {} for reading in BATCH_SCALINGS}
+    for reading in BATCH_SCALINGS:
         for learner in LEARNERS:
-            sizes = of(rows, reading, learner)
-            row, why = stop(sizes)
+            sizes = select_rows(rows, reading, learner)
+            row, why = find_scaling_limit(sizes)
             found[reading][learner.name] = {
                 "stops_paying_at_cores": row.cores,
                 "why": why,
-                "useful_samples_stop_at_cores": useful_stop(sizes).cores,
+                "useful_samples_stop_at_cores": find_useful_scaling_limit(sizes).cores,
                 "sizes": [_values(size, core_rate) for size in sizes],
             }
     return found
@@ -153,13 +160,13 @@ def _values(row: Row, core_rate: float) -> dict[str, Any]:
     linear = core_rate * row.cores
     return {
         "cores": row.cores,
-        "useful_samples_per_second": row.useful,
+        "useful_samples_per_second": row.useful_samples_per_second,
         **{
             name: {
                 **asdict(made),
                 "of_linear": made.samples_per_second / linear,
                 "learner_idle": made.learner_idle,
-                "binding": made.binding,
+                "binding": made.bottleneck,
             }
             for name, made in ways.items()
         },

@@ -6,8 +6,19 @@ from rich import box
 from rich.table import Table
 
 from eval.benchmark.scaling.cluster_simulation import Cluster, Costs
-from eval.benchmark.scaling.measured_parts import IDLERS
-from eval.benchmark.scaling.sweep import CORES, LEARNERS, READINGS, THREADS, USEFUL_BATCH, WORTHWHILE, Row, of, stop, useful_stop
+from eval.benchmark.scaling.measured_parts import NUM_NOOP_ACTORS
+from eval.benchmark.scaling.sweep import (
+    BATCH_SCALINGS,
+    CORE_COUNTS,
+    CRITICAL_BATCH_SAMPLES,
+    LEARNERS,
+    MIN_DOUBLING_SPEEDUP,
+    THREADS_PER_ACTOR,
+    Row,
+    find_scaling_limit,
+    find_useful_scaling_limit,
+    select_rows,
+)
 
 
 def cost_text(costs: Costs, predicted: float) -> str:
@@ -15,7 +26,7 @@ def cost_text(costs: Costs, predicted: float) -> str:
     micro = {name: 1e6 * getattr(costs, f"{name}_seconds") for name in ("world", "submit", "gather", "crowd")}
     return f"""
 Measured in this run:
-- a control step of an actor of {THREADS} threads: {1e3 * costs.step_seconds:.2f} ms and {micro["world"]:.0f} us a world
+- a control step of an actor of {THREADS_PER_ACTOR} threads: {1e3 * costs.step_seconds:.2f} ms and {micro["world"]:.0f} us a world
 - how that varies from one rollout to the next: {costs.spread:.1%}
 - the learner on two threads, all passes: {costs.learner_rate:,.0f} samples/s
 - the driver, for each actor: {micro["submit"]:.0f} us to call it,
@@ -30,7 +41,7 @@ Measured in this run:
 
 def assumption_text(cluster: Cluster, measured: float) -> str:
     """Return what is assumed beside the learner's measured rate, and what follows from it for failures."""
-    lost = CORES[-1] / cluster.cores_per_node * 86_400.0 / cluster.node_mtbf
+    lost = CORE_COUNTS[-1] / cluster.cores_per_node * 86_400.0 / cluster.node_mtbf
     learners = "\n".join(f"- learner, {one.name}: {one.samples_per_second(measured):,.0f} samples/s,\n  {one.why}" for one in LEARNERS)
     return f"""
 Assumed:
@@ -42,11 +53,11 @@ Assumed:
 - {cluster.straggler_share:.1%} of the rollouts take {cluster.straggler_times:g} times as long as the others;
   nobody waits longer than {cluster.patience:g} times the usual time or {cluster.patience_seconds:g} s
 - a node is lost every {cluster.node_mtbf / 3600.0:,.0f} hours, its actors begin anew {cluster.restart:g} s later:
-  {lost:.2f} nodes a day of {CORES[-1]:,} cores, {cluster.restart / cluster.node_mtbf:.0e} of what is collected
+  {lost:.2f} nodes a day of {CORE_COUNTS[-1]:,} cores, {cluster.restart / cluster.node_mtbf:.0e} of what is collected
 - a checkpoint every {cluster.checkpoint_every} iterations
-- an actor costs the driver there what it costs here, where {IDLERS} idle
+- an actor costs the driver there what it costs here, where {NUM_NOOP_ACTORS} idle
   processes on the same cores stand for all of them
-- useful/s: in a batch of B a sample is worth 1 / (1 + B / {USEFUL_BATCH:,}) of one in
+- useful/s: in a batch of B a sample is worth 1 / (1 + B / {CRITICAL_BATCH_SAMPLES:,}) of one in
   a tiny batch (McCandlish et al. 2018, eq. 2.11, with the thesis's batch);
   that overlapped rollouts are one update old costs nothing
 - linear: share of what one core collects in this run, times the cores
@@ -55,7 +66,7 @@ Assumed:
 
 def sizes_table(rows: Sequence[Row], core_rate: float) -> Table:
     """Return all sizes of a reading and a learner; ``core_rate`` is what one core collects [samples/s]."""
-    table = _table(f"{rows[0].reading} batch, learner: {rows[0].learner.name}; samples/s", READINGS[rows[0].reading])
+    table = _table(f"{rows[0].batch_scaling} batch, learner: {rows[0].learner.name}; samples/s", BATCH_SCALINGS[rows[0].batch_scaling])
     for column in ("cores", "in turns", "overlap", "linear", "useful", "learner idle", "actors idle", "most time"):
         table.add_column(column, justify="right")
     for row in rows:
@@ -65,29 +76,40 @@ def sizes_table(rows: Sequence[Row], core_rate: float) -> Table:
             f"{row.synchronous.samples_per_second:,.0f}",
             f"{made.samples_per_second:,.0f}",
             f"{made.samples_per_second / (core_rate * row.cores):.3f}",
-            f"{row.useful:,.0f}",
+            f"{row.useful_samples_per_second:,.0f}",
             f"{made.learner_idle:.0%}",
             f"{made.actors_idle:.0%}",
-            made.binding,
+            made.bottleneck,
         )
     return table
 
 
 def stops_table(rows: Sequence[Row], core_rate: float) -> Table:
     """Return where scaling stops paying, for each reading and learner."""
-    caption = f"the first size at which twice the cores bring under {WORTHWHILE - 1.0:.0%} more; why: where the next size's time goes"
+    caption = (
+        f"the first size at which twice the cores bring under {MIN_DOUBLING_SPEEDUP - 1.0:.0%} more; why: where the next size's time goes"
+    )
     table = _table("where scaling stops paying, overlapped", caption)
     for column in ("batch", "learner"):
         table.add_column(column)
     for column in ("cores", "samples/s", "linear", "why", "useful to", "useful/s"):
         table.add_column(column, justify="right")
-    for reading in READINGS:
+    for reading in BATCH_SCALINGS:
         for learner in LEARNERS:
-            sizes = of(rows, reading, learner)
-            (row, why), useful = stop(sizes), useful_stop(sizes)
+            sizes = select_rows(rows, reading, learner)
+            (row, why), useful = find_scaling_limit(sizes), find_useful_scaling_limit(sizes)
             rate = row.overlapped.samples_per_second
             share = f"{rate / (core_rate * row.cores):.2f}"
-            table.add_row(reading, learner.name, f"{row.cores:,}", f"{rate:,.0f}", share, why, f"{useful.cores:,}", f"{useful.useful:,.0f}")
+            table.add_row(
+                reading,
+                learner.name,
+                f"{row.cores:,}",
+                f"{rate:,.0f}",
+                share,
+                why,
+                f"{useful.cores:,}",
+                f"{useful.useful_samples_per_second:,.0f}",
+            )
     return table
 
 

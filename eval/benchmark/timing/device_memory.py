@@ -8,25 +8,25 @@ from contextlib import suppress
 
 import torch
 
-from eval.benchmark.timing.process_tree import memory_of
+from eval.benchmark.timing.process_tree import tree_memory_bytes
 
 
-def finish(device: torch.device) -> None:
+def synchronize(device: torch.device) -> None:
     """Wait until the device is done: a GPU is told what to do long before it does it."""
     if device.type == "cuda":
         torch.cuda.synchronize(device)
 
 
-def taken(device: torch.device) -> int:
+def used_memory_bytes(device: torch.device) -> int:
     """Return how much memory is taken [bytes]: of a card, by torch, by warp and by whoever else uses it; on the CPU by this process."""
     if device.type == "cuda":
-        finish(device)
+        synchronize(device)
         free, total = torch.cuda.mem_get_info(device)
         return total - free
-    return memory_of(os.getpid())
+    return tree_memory_bytes(os.getpid())
 
 
-def release(device: torch.device) -> None:
+def release_unused_memory(device: torch.device) -> None:
     """Give back what nobody holds any longer, so that it does not hide what comes next."""
     gc.collect()  # physics and its recordings hold each other
     if device.type == "cuda":

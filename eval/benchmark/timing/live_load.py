@@ -12,17 +12,19 @@ from pathlib import Path
 import torch
 
 from agents.lobstr.model import LobstrModel
-from eval.live.protocol import HOST, VERSION, Codec
-from eval.live.rate_limit import Limits
+from eval.live.protocol import DEFAULT_HOST, PROTOCOL_VERSION, Codec
+from eval.live.rate_limit import ClientLimits
 from eval.live.server import LiveServer
-from eval.live.solver import LiveBodies
+from eval.live.solver import LiveBodySolver
 
-UNLIMITED = Limits(idle=1e9, behind=10**9, flood=1e9)  # who measures sends as quickly as frames are answered, or pauses
-SECONDS = 60.0  # that a service has to start, and for an answer
+UNLIMITED = ClientLimits(
+    max_idle_s=1e9, max_waiting_lines=10**9, max_lines_per_s=1e9
+)  # who measures sends as quickly as frames are answered, or pauses
+TIMEOUT_S = 60.0  # that a service has to start, and for an answer
 
 
 @contextmanager
-def service(model: Path, users: int) -> Iterator[int]:
+def run_service(model: Path, users: int) -> Iterator[int]:
     """Run a service for so many users in another process; yields its port.
 
     Args:
@@ -34,27 +36,27 @@ def service(model: Path, users: int) -> Iterator[int]:
     process.start()
     its.close()
     try:
-        if not ours.poll(SECONDS):
-            raise TimeoutError(f"the service did not start within {SECONDS:g} s")
+        if not ours.poll(TIMEOUT_S):
+            raise TimeoutError(f"the service did not start within {TIMEOUT_S:g} s")
         yield ours.recv()
     finally:
         ours.close()  # which tells it to stop
-        process.join(SECONDS)
+        process.join(TIMEOUT_S)
 
 
-class InStep:
+class LockstepClients:
     """Users on real sockets who all send a frame, and all wait for their answers."""
 
     def __init__(self, port: int, users: int, codec: Codec) -> None:
         """Connect and say hello."""
         self._open = ExitStack()
-        self._sockets = [self._open.enter_context(socket.create_connection((HOST, port), SECONDS)) for _ in range(users)]
+        self._sockets = [self._open.enter_context(socket.create_connection((DEFAULT_HOST, port), TIMEOUT_S)) for _ in range(users)]
         self._files = [self._open.enter_context(one.makefile("rb")) for one in self._sockets]
         for one in self._sockets:
             one.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self.tick([json.dumps({"lobstr": VERSION, "axes": codec.axes}).encode() + b"\n"] * users)
+        self.exchange([json.dumps({"lobstr": PROTOCOL_VERSION, "axes": codec.axes}).encode() + b"\n"] * users)
 
-    def tick(self, lines: Sequence[bytes]) -> list[bytes]:
+    def exchange(self, lines: Sequence[bytes]) -> list[bytes]:
         """Send a line of each user and return the answers."""
         for one, line in zip(self._sockets, lines, strict=True):
             one.sendall(line)
@@ -68,12 +70,12 @@ class InStep:
 def _serve(model: Path, users: int, pipe: Connection) -> None:
     """Serve until the other end of the pipe is closed."""
     torch.set_num_threads(1)
-    asyncio.run(_until_closed(LiveServer(LiveBodies(LobstrModel.load(model)[0], users), tell=lambda _: None, limits=UNLIMITED), pipe))
+    asyncio.run(_until_closed(LiveServer(LiveBodySolver(LobstrModel.load(model)[0], users), log=lambda _: None, limits=UNLIMITED), pipe))
 
 
 async def _until_closed(server: LiveServer, pipe: Connection) -> None:
     over = asyncio.Event()
-    pipe.send(await server.start(HOST, 0))
+    pipe.send(await server.start(DEFAULT_HOST, 0))
     asyncio.get_running_loop().add_reader(pipe.fileno(), over.set)
     await over.wait()
     asyncio.get_running_loop().remove_reader(pipe.fileno())

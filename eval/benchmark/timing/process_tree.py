@@ -12,7 +12,7 @@ _PROC = Path("/proc")
 _SET_SIGNAL_OF_PARENTS_DEATH = 1  # of prctl(2)
 
 
-def memory_of(process: int) -> int:
+def tree_memory_bytes(process: int) -> int:
     """Return the memory of a process and of all below it [bytes]; 0 where the system does not tell, as outside Linux.
 
     Args:
@@ -20,10 +20,10 @@ def memory_of(process: int) -> int:
 
     Source: Linux's proportional set size: what n processes share counts an n-th in each.
     """
-    return sum(map(_proportional, family(process)))
+    return sum(map(_proportional, process_tree(process)))
 
 
-def family(process: int) -> list[int]:
+def process_tree(process: int) -> list[int]:
     """Return the ids of a process and of all below it; the process alone outside Linux."""
     children = defaultdict(list)
     for child, parent in _parents().items():
@@ -34,14 +34,14 @@ def family(process: int) -> list[int]:
     return found
 
 
-def tell_family(process: int, number: signal.Signals) -> None:
+def signal_tree(process: int, number: signal.Signals) -> None:
     """Send a signal to a process and all below it, such as SIGSTOP, which lets them stand still, and SIGCONT."""
-    for member in family(process):
+    for member in process_tree(process):
         with suppress(ProcessLookupError):  # it ended meanwhile
             os.kill(member, number)
 
 
-def wake_when_parent_dies() -> None:
+def resume_when_parent_dies() -> None:
     """Have this process go on when its parent dies, so that it notices, and does not stand still for ever (Linux alone)."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_SET_SIGNAL_OF_PARENTS_DEATH, signal.SIGCONT)

@@ -6,11 +6,11 @@ from statistics import fmean
 from time import perf_counter
 from typing import Any
 
-STEADY = 3  # laps
+NUM_SUSTAINED_EVALUATIONS = 3  # laps
 
 
 @dataclass(frozen=True)
-class Lap:
+class Evaluation:
     """How far a training has come.
 
     Attributes:
@@ -25,81 +25,83 @@ class Lap:
 
 
 @dataclass
-class Runner:
+class Contestant:
     """A training that runs towards a goal.
 
     Attributes:
         name: Of the training.
         iterate: Trains for a little while; returns the samples of it.
         score: Scores the policy.
-        laps: So far.
+        evaluations: So far.
     """
 
     name: str
     iterate: Callable[[], int]
     score: Callable[[], float]
-    laps: list[Lap] = field(default_factory=list)
+    evaluations: list[Evaluation] = field(default_factory=list)
 
     @property
-    def last(self) -> Lap:
+    def latest(self) -> Evaluation:
         """Where it is."""
-        return self.laps[-1] if self.laps else Lap(0.0, 0, 0.0)
+        return self.evaluations[-1] if self.evaluations else Evaluation(0.0, 0, 0.0)
 
-    def run(self, seconds: float, clock: Callable[[], float]) -> None:
+    def train_and_evaluate(self, seconds: float, clock: Callable[[], float]) -> None:
         """Train for at least so long [s], then score."""
         spent, samples = 0.0, 0
         while spent < seconds:
             begin = clock()
             samples += self.iterate()
             spent += clock() - begin
-        self.laps.append(Lap(self.last.minutes + spent / 60.0, self.last.samples + samples, self.score()))
+        self.evaluations.append(Evaluation(self.latest.minutes + spent / 60.0, self.latest.samples + samples, self.score()))
 
 
 @dataclass(frozen=True)
-class Race:
+class TimeToScore:
     """The rules.
 
     Attributes:
-        goal: Score to be reached, first once, then on average over ``STEADY`` laps, because scores leap.
-        minutes: That each may train.
-        lap: Seconds of training between scores.
+        target_score: Score to be reached, first once, then on average over ``NUM_SUSTAINED_EVALUATIONS`` laps, because scores leap.
+        max_minutes: That each may train.
+        evaluation_interval_s: Seconds of training between scores.
     """
 
-    goal: float
-    minutes: float
-    lap: float
+    target_score: float
+    max_minutes: float
+    evaluation_interval_s: float
 
-    def run(self, runners: Sequence[Runner], after_lap: Callable[[Runner], None], clock: Callable[[], float] = perf_counter) -> None:
+    def run(
+        self, contestants: Sequence[Contestant], after_evaluation: Callable[[Contestant], None], clock: Callable[[], float] = perf_counter
+    ) -> None:
         """Let them run until they are steadily there; the next lap is for the one that has trained least, so that noise hits all alike.
 
         Args:
-            runners: At their start.
-            after_lap: Called with the runner that has finished a lap.
+            contestants: At their start.
+            after_evaluation: Called with the runner that has finished a lap.
             clock: Tells the time [s].
         """
-        while racing := [one for one in runners if not self.steady(one) and one.last.minutes < self.minutes]:
-            runner = min(racing, key=lambda one: one.last.minutes)
-            runner.run(self.lap, clock)
-            after_lap(runner)
+        while training := [one for one in contestants if not self.first_sustained(one) and one.latest.minutes < self.max_minutes]:
+            contestant = min(training, key=lambda one: one.latest.minutes)
+            contestant.train_and_evaluate(self.evaluation_interval_s, clock)
+            after_evaluation(contestant)
 
-    def reached(self, runner: Runner) -> Lap | None:
+    def first_reached(self, contestant: Contestant) -> Evaluation | None:
         """Return the first lap in which a runner had the score; None if there is none."""
-        return next((lap for lap in runner.laps if lap.score >= self.goal), None)
+        return next((lap for lap in contestant.evaluations if lap.score >= self.target_score), None)
 
-    def steady(self, runner: Runner) -> Lap | None:
-        """Return the first lap that ends ``STEADY`` of them with the score on average; None if there is none."""
-        ends = range(STEADY, len(runner.laps) + 1)
-        means = (fmean(lap.score for lap in runner.laps[end - STEADY : end]) for end in ends)
-        return next((runner.laps[end - 1] for end, mean in zip(ends, means, strict=True) if mean >= self.goal), None)
+    def first_sustained(self, contestant: Contestant) -> Evaluation | None:
+        """Return the first lap that ends ``NUM_SUSTAINED_EVALUATIONS`` of them with the score on average; None if there is none."""
+        ends = range(NUM_SUSTAINED_EVALUATIONS, len(contestant.evaluations) + 1)
+        means = (fmean(lap.score for lap in contestant.evaluations[end - NUM_SUSTAINED_EVALUATIONS : end]) for end in ends)
+        return next((contestant.evaluations[end - 1] for end, mean in zip(ends, means, strict=True) if mean >= self.target_score), None)
 
-    def result(self, runner: Runner) -> dict[str, Any]:
+    def result(self, contestant: Contestant) -> dict[str, Any]:
         """Return what goes into the JSON file; where a runner did not get is None."""
-        reached, steady = self.reached(runner), self.steady(runner)
+        reached, sustained = self.first_reached(contestant), self.first_sustained(contestant)
         return {
             "minutes": reached and reached.minutes,
             "samples": reached and reached.samples,
-            "minutes_steady": steady and steady.minutes,
-            "samples_steady": steady and steady.samples,
-            "best": max(lap.score for lap in runner.laps),
-            "curve": [asdict(lap) for lap in runner.laps],
+            "minutes_steady": sustained and sustained.minutes,
+            "samples_steady": sustained and sustained.samples,
+            "best": max(lap.score for lap in contestant.evaluations),
+            "curve": [asdict(lap) for lap in contestant.evaluations],
         }

@@ -8,11 +8,11 @@ from multiprocessing.connection import Connection
 from signal import SIGCONT, SIGSTOP
 from typing import Any, Generic, Self, TypeVar
 
-from eval.benchmark.timing.process_tree import memory_of, tell_family, wake_when_parent_dies
+from eval.benchmark.timing.process_tree import resume_when_parent_dies, signal_tree, tree_memory_bytes
 
 Held = TypeVar("Held")
 Answer = TypeVar("Answer")
-SAMPLING = 0.05  # s between looks at the memory
+MEMORY_SAMPLING_S = 0.05  # s between looks at the memory
 
 
 class TrainingProcess(Generic[Held]):
@@ -45,18 +45,18 @@ class TrainingProcess(Generic[Held]):
         """Return how much memory the process and those below it hold at most while they do ``task`` [bytes]."""
         self._tell(task)
         peak = 0
-        while not self._pipe.poll(SAMPLING):
-            peak = max(peak, memory_of(self._id))
+        while not self._pipe.poll(MEMORY_SAMPLING_S):
+            peak = max(peak, tree_memory_bytes(self._id))
         self._answer()
-        return max(peak, memory_of(self._id))
+        return max(peak, tree_memory_bytes(self._id))
 
     def pause(self) -> None:
         """Let the process and all below it stand still; whoever calls it must have them go on first."""
-        tell_family(self._id, SIGSTOP)
+        signal_tree(self._id, SIGSTOP)
 
     def go_on(self) -> None:
         """Let them go on."""
-        tell_family(self._id, SIGCONT)
+        signal_tree(self._id, SIGCONT)
 
     @property
     def _id(self) -> int:
@@ -86,12 +86,12 @@ class TrainingProcess(Generic[Held]):
 
 def _serve(make: Callable[[], AbstractContextManager[Any]], pipe: Connection) -> None:
     """Do what is asked until the other end of the pipe is closed."""
-    wake_when_parent_dies()
+    resume_when_parent_dies()
     with suppress(KeyboardInterrupt), make() as held:
         while True:
             try:
                 task = pipe.recv()
                 pipe.send(task(held))
             except (EOFError, BrokenPipeError):
-                tell_family(os.getpid(), SIGCONT)  # should whoever paused them be gone
+                signal_tree(os.getpid(), SIGCONT)  # should whoever paused them be gone
                 return

@@ -8,21 +8,23 @@ from rich.table import Table
 
 from datasets.library.motion_library import MotionLibrary
 from envs.torch_env import AdaptMimicTorchEnv
-from eval.benchmark.timing.device_memory import release, taken
+from eval.benchmark.timing.device_memory import release_unused_memory, used_memory_bytes
 
 SEED = 0
 MIB, KIB = 2**20, 2**10
 
 
-def metered_envs(library: MotionLibrary, counts: Sequence[int], device: torch.device) -> tuple[list[AdaptMimicTorchEnv], dict[int, float]]:
+def build_envs_and_measure_memory(
+    library: MotionLibrary, counts: Sequence[int], device: torch.device
+) -> tuple[list[AdaptMimicTorchEnv], dict[int, float]]:
     """Return envs of so many worlds, and what memory each takes, by its worlds [MiB]."""
     _stepped_env(library, 1, device)  # what is loaded once and for all is no world's
     envs, memory = [], {}
     for worlds in counts:
-        release(device)
-        before = taken(device)
+        release_unused_memory(device)
+        before = used_memory_bytes(device)
         envs.append(_stepped_env(library, worlds, device))
-        memory[worlds] = (taken(device) - before) / MIB
+        memory[worlds] = (used_memory_bytes(device) - before) / MIB
     return envs, memory
 
 
@@ -35,13 +37,13 @@ def memory_table(memory: Mapping[int, float]) -> Table:
     table = Table(title="memory of a torch env", caption="MiB: with its copy of the motions\nKiB a world: of those more than above")
     for column in ("worlds", "MiB", "KiB a world"):
         table.add_column(column, justify="right", min_width=12)
-    each = ["", *(f"{size:,.0f}" for size in world_memory(memory))]
+    each = ["", *(f"{size:,.0f}" for size in memory_per_world_kib(memory))]
     for (worlds, size), of_world in zip(memory.items(), each, strict=True):
         table.add_row(f"{worlds:,}", f"{size:,.1f}", of_world)
     return table
 
 
-def world_memory(memory: Mapping[int, float]) -> list[float]:
+def memory_per_world_kib(memory: Mapping[int, float]) -> list[float]:
     """Return what one more world costs from each size to the next [KiB]; the argument is that of ``memory_table``."""
     worlds, sizes = np.array(list(memory)), np.array(list(memory.values()))
     return (np.diff(sizes) * (MIB / KIB) / np.diff(worlds)).tolist()

@@ -3,22 +3,22 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from eval.metrics.catalogue import ARTEFACTS
+from eval.metrics.catalogue import ARTEFACT_CATALOGUE
 from eval.study.clean.cases import AS_READ, BEFORE, CLEAN, REAL, SUITS, TRUTH
-from eval.study.clean.rows import ALL, NO_PHYSICS, SHIPPED, row_name
+from eval.study.clean.rows import ALL, NO_PHYSICS, PRETRAINED, row_name
 
-REMAINS = {  # share that may be left
+MAX_REMAINING_SHARE = {  # share that may be left
     "foot_skate": 0.3, "stance_skate": 0.3, "ground_penetration": 0.1, "self_penetration": 0.1, "floating": 0.3,
 }  # fmt: skip
-JITTER = 1.3  # times that of the clean truth
-MOVED = 40.0  # mm, of clips that are clean already
-FLOATS, NO_LONGER = "rokoko_jesse_dance", 5.0  # the clip that floats; mm, above which the metric calls it so
-COMPARED = (
+MAX_JITTER_RATIO = 1.3  # times that of the clean truth
+MAX_DEVIATION_MM = 40.0  # mm, of clips that are clean already
+FLOATING_CLIP, MAX_FLOATING_MM = "rokoko_jesse_dance", 5.0  # the clip that floats; mm, above which the metric calls it so
+COMPARED_MEASURES = (
     "foot_skate", "stance_skate", "support_slide", "floating", "ground_penetration", "self_penetration", "jitter", "truth_error_local",
 )  # fmt: skip
 Ours = Mapping[str, Mapping[str, Any]]
 Finding = dict[str, Any]
-Found = Iterator[tuple[str, bool]]
+Claims = Iterator[tuple[str, bool]]
 
 
 def clean_findings(rows: Sequence[Mapping[str, Any]], variants: Sequence[str]) -> list[Finding]:
@@ -30,31 +30,40 @@ def clean_findings(rows: Sequence[Mapping[str, Any]], variants: Sequence[str]) -
     """
     ours = {row["name"]: row["ours"] for row in rows}
     found = [f for variant in variants if variant != NO_PHYSICS for f in _aims(ours, variant)]
-    found += [f for variant in variants if variant != SHIPPED for f in _beside(ours, variant)]
+    found += [f for variant in variants if variant != PRETRAINED for f in _beside(ours, variant)]
     return [{"finding": text, "reproduced": reached} for text, reached in found]
 
 
-def _aims(ours: Ours, variant: str) -> Found:
+def _aims(ours: Ours, variant: str) -> Claims:
     before, read, after, truth = (_means(ours, SUITS, ALL, side) for side in (BEFORE, AS_READ, variant, TRUTH))
-    for name, share in REMAINS.items():
+    for name, share in MAX_REMAINING_SHARE.items():
         others = f"as it is read the clip has {_text(name, read)}, the clean truth {_text(name, truth)}"
         text = f"{_change(name, before, after)}; {others}; aim: {100.0 * (1.0 - share):.0f} % less"
         yield f"{variant}, {SUITS}: {text}", after[name] <= share * before[name]
     times = after["jitter"] / truth["jitter"]
-    text = f"{_change('jitter', before, after)}, {times:.2f} times the clean truth's; aim: at most {JITTER} times"
-    yield f"{variant}, {SUITS}: {text}", times <= JITTER
+    text = f"{_change('jitter', before, after)}, {times:.2f} times the clean truth's; aim: at most {MAX_JITTER_RATIO} times"
+    yield f"{variant}, {SUITS}: {text}", times <= MAX_JITTER_RATIO
     error = "truth_error_local"
     yield f"{variant}, {SUITS}: {_change(error, before, after)}; aim: no more", after[error] <= before[error]
-    before, after = (_means(ours, REAL, FLOATS, side) for side in (BEFORE, variant))
-    yield f"{variant}, {FLOATS}: {_change('floating', before, after)}; aim: at most {NO_LONGER:g} mm", after["floating"] <= NO_LONGER
+    before, after = (_means(ours, REAL, FLOATING_CLIP, side) for side in (BEFORE, variant))
+    yield (
+        f"{variant}, {FLOATING_CLIP}: {_change('floating', before, after)}; aim: at most {MAX_FLOATING_MM:g} mm",
+        after["floating"] <= MAX_FLOATING_MM,
+    )
     moved = _means(ours, CLEAN, ALL, variant)["deviation_local"]
-    yield f"{variant}, {CLEAN}: moved by {_text('deviation_local', {'deviation_local': moved})}; aim: under {MOVED:g} mm", moved < MOVED
+    yield (
+        f"{variant}, {CLEAN}: moved by {_text('deviation_local', {'deviation_local': moved})}; aim: under {MAX_DEVIATION_MM:g} mm",
+        moved < MAX_DEVIATION_MM,
+    )
 
 
-def _beside(ours: Ours, other: str) -> Found:
-    one, two = (_means(ours, SUITS, ALL, side) for side in (SHIPPED, other))
-    for name in COMPARED:
-        yield f"{SUITS}: {name} less with the {SHIPPED}, {_text(name, one)}, than with {other}, {_text(name, two)}", one[name] < two[name]
+def _beside(ours: Ours, other: str) -> Claims:
+    one, two = (_means(ours, SUITS, ALL, side) for side in (PRETRAINED, other))
+    for name in COMPARED_MEASURES:
+        yield (
+            f"{SUITS}: {name} less with the {PRETRAINED}, {_text(name, one)}, than with {other}, {_text(name, two)}",
+            one[name] < two[name],
+        )
 
 
 def _means(ours: Ours, group: str, part: str, side: str) -> dict[str, float]:
@@ -69,5 +78,5 @@ def _change(name: str, before: Mapping[str, float], after: Mapping[str, float]) 
 
 
 def _text(name: str, values: Mapping[str, float]) -> str:
-    metric = ARTEFACTS.get(name)
+    metric = ARTEFACT_CATALOGUE.get(name)
     return f"{values[name]:.3g} {metric.unit if metric else 'cm/s'}"

@@ -3,17 +3,17 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from eval.metrics.catalogue import ARTEFACTS
+from eval.metrics.catalogue import ARTEFACT_CATALOGUE
 from eval.pages.figures import GREY, RECORDED, SUITED, figure
-from eval.study.clean.cases import BEFORE, CLEAN, REAL, SOURCES, SUITS, TRUTH, Case, Result
-from eval.study.clean.findings import COMPARED
-from eval.study.clean.rows import ALL, NO_PHYSICS, SHIPPED, kind_part, row_name
+from eval.study.clean.cases import BEFORE, CLEAN, REAL, SOURCES, SUITS, TRUTH, Case, CaseResult
+from eval.study.clean.findings import COMPARED_MEASURES
+from eval.study.clean.rows import ALL, NO_PHYSICS, PRETRAINED, kind_part, row_name
 from eval.study.protocol.page import Group, Measure, Plot
 
-COLOURS = {BEFORE: SUITED, NO_PHYSICS: GREY, SHIPPED: RECORDED, TRUTH: "#6b9e5b"}
+COLOURS = {BEFORE: SUITED, NO_PHYSICS: GREY, PRETRAINED: RECORDED, TRUTH: "#6b9e5b"}
 OTHERS = ("#9a7fb8", "#d9541f", "#d9a51f")  # of further policies
 STANCE = "horizontal speed of a foot's lowest point while it stands, told by height and speed; in the clean truth where that is known"
-_MEASURES = {name: Measure(metric.unit, metric.text) for name, metric in ARTEFACTS.items()} | {
+_MEASURES = {name: Measure(metric.unit, metric.text) for name, metric in ARTEFACT_CATALOGUE.items()} | {
     "stance_skate": Measure("cm/s", STANCE),
     "support_slide": Measure("cm/s", "horizontal speed of the slower foot's lowest point, whatever its height"),
     "physics": Measure("ratio", "share of the output that is the simulation's, by how far it is trusted in each frame"),
@@ -59,7 +59,7 @@ GROUPS = (
 )
 
 
-def clean_notes(cases: Sequence[Case], results: Sequence[Result], seen: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
+def clean_notes(cases: Sequence[Case], results: Sequence[CaseResult], seen: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
     """Return what a reader must know.
 
     Args:
@@ -97,9 +97,11 @@ def clean_plots(rows: Sequence[Mapping[str, Any]], variants: Sequence[str]) -> l
     begin, end = f"{SUITS}, {kind_part('')}", f": {BEFORE}"
     kinds = [name.removeprefix(begin).removesuffix(end) for name in ours if name.startswith(begin) and name.endswith(end)]
     spare = iter(OTHERS)
-    colours = {side: COLOURS.get(side) or next(spare, GREY) for side in (BEFORE, *(v for v in variants if v != SHIPPED), SHIPPED, TRUTH)}
+    colours = {
+        side: COLOURS.get(side) or next(spare, GREY) for side in (BEFORE, *(v for v in variants if v != PRETRAINED), PRETRAINED, TRUTH)
+    }
     section, plots = "By kind of motion, through simulated suits", []
-    for measure in COMPARED:
+    for measure in COMPARED_MEASURES:
         traces = [
             {
                 "type": "bar", "name": side, "x": kinds, "marker": {"color": colour},

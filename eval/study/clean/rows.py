@@ -3,10 +3,10 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from eval.study.clean.cases import AFTER, AS_READ, BEFORE, CLEAN, REAL, SUITS, TRUTH, Case, Result, Values
+from eval.study.clean.cases import AFTER, AS_READ, BEFORE, CLEAN, REAL, SUITS, TRUTH, Case, CaseResult, Values
 from eval.study.protocol.page import summarise_seeds
 
-SHIPPED, NO_PHYSICS = "shipped policy", "no physics"
+PRETRAINED, NO_PHYSICS = "shipped policy", "no physics"
 ALL = "all"
 Row = dict[str, Any]
 
@@ -21,7 +21,7 @@ def kind_part(kind: str) -> str:
     return f"kind {kind}"
 
 
-def clean_rows(cases: Sequence[Case], results: Mapping[str, Sequence[Result]]) -> list[Row]:
+def clean_rows(cases: Sequence[Case], results: Mapping[str, Sequence[CaseResult]]) -> list[Row]:
     """Return the rows.
 
     Args:
@@ -39,7 +39,7 @@ def clean_rows(cases: Sequence[Case], results: Mapping[str, Sequence[Result]]) -
     return rows
 
 
-def _parts(group: str, cases: Sequence[Case], results: Sequence[Result]) -> Iterator[tuple[str, list[int]]]:
+def _parts(group: str, cases: Sequence[Case], results: Sequence[CaseResult]) -> Iterator[tuple[str, list[int]]]:
     """Yield the parts of a group of clips and their members."""
     members = [index for index, case in enumerate(cases) if case.group == group]
     yield ALL, members
@@ -50,7 +50,7 @@ def _parts(group: str, cases: Sequence[Case], results: Sequence[Result]) -> Iter
             yield kind_part(kind), [index for index in members if results[index].kind == kind]
 
 
-def _side(results: Sequence[Result], members: Sequence[int], side: str) -> list[Values]:
+def _side(results: Sequence[CaseResult], members: Sequence[int], side: str) -> list[Values]:
     return [results[index].sides[side] for index in members if side in results[index].sides]
 
 

@@ -10,15 +10,15 @@ from pathlib import Path
 import torch
 from rich.progress import track
 
-from agents.weights.pretrained import SHIPPED_POLICY, WEIGHTS
+from agents.weights.pretrained import PRETRAINED_POLICY, WEIGHTS_FOLDER
 from configs.source_code import imported_files
-from eval.clean.pipeline import Cleaner
+from eval.clean.pipeline import CleaningPipeline
 from eval.pages.output_files import write_whole
-from eval.recordings import FOLDERS, REAL_CLIPS, check_recordings
-from eval.study.clean.cases import Case, Result, all_cases, as_json, clean_case, from_json
+from eval.recordings import IMU_SUIT_CLIPS, TEST_FOLDERS, check_recordings
+from eval.study.clean.cases import Case, CaseResult, all_cases, clean_case, result_from_json, result_to_json
 from eval.study.clean.findings import clean_findings
 from eval.study.clean.page import GROUPS, clean_notes, clean_plots
-from eval.study.clean.rows import NO_PHYSICS, SHIPPED, clean_rows
+from eval.study.clean.rows import NO_PHYSICS, PRETRAINED, clean_rows
 from eval.study.protocol.page import Study
 from trainers.algorithms.policy_file import load_policy
 from trainers.runs.run_log import make_console
@@ -37,52 +37,52 @@ def clean_study(data: Path, out: Path) -> Study:
     Raises:
         InputError: If a recording is not there, or a policy cannot be loaded.
     """
-    check_recordings(data, (*FOLDERS, *REAL_CLIPS))
+    check_recordings(data, (*TEST_FOLDERS, *IMU_SUIT_CLIPS))
     cleaners, keys, performers = _variants(out)
     cases, console = all_cases(data), make_console()
     torch.set_num_threads(THREADS)
-    results: dict[str, list[Result]] = {variant: [] for variant in cleaners}
+    results: dict[str, list[CaseResult]] = {variant: [] for variant in cleaners}
     for case in track(cases, "cleaning clips", console=console, transient=True):
         for variant, cleaner in cleaners.items():
             results[variant].append(_result(case, variant, cleaner, keys[variant], out / "clips"))
-    rows, first = clean_rows(cases, results), results[SHIPPED]
+    rows, first = clean_rows(cases, results), results[PRETRAINED]
     tested = {result.performer for result in first}
     seen = {variant: sorted(tested & known) for variant, known in performers.items()}
     table = {"study": "clean", "rows": rows, "findings": clean_findings(rows, tuple(cleaners))}
     return Study(table, GROUPS, clean_plots(rows, tuple(cleaners)), clean_notes(cases, first, seen))
 
 
-def _variants(out: Path) -> tuple[dict[str, Cleaner], dict[str, str], dict[str, set[str]]]:
+def _variants(out: Path) -> tuple[dict[str, CleaningPipeline], dict[str, str], dict[str, set[str]]]:
     """Return by variant the cleaner, a key of all that it is made of, and the performers that its training saw."""
-    files = {SHIPPED: SHIPPED_POLICY} | {file.stem: file for file in sorted((out / POLICIES).glob("*.safetensors"))}
+    files = {PRETRAINED: PRETRAINED_POLICY} | {file.stem: file for file in sorted((out / POLICIES).glob("*.safetensors"))}
     cleaners, keys, performers = {}, {}, {}
     for variant, file in files.items():
         policy, card, spec = load_policy(file)
-        cleaners[variant] = Cleaner(policy, spec, THREADS)
+        cleaners[variant] = CleaningPipeline(policy, spec, THREADS)
         keys[variant], performers[variant] = _key(file), set(card["performers"])
-    without = replace(cleaners[SHIPPED], policy=None)
-    return {SHIPPED: cleaners.pop(SHIPPED), NO_PHYSICS: without, **cleaners}, {**keys, NO_PHYSICS: _key(None)}, performers
+    without = replace(cleaners[PRETRAINED], policy=None)
+    return {PRETRAINED: cleaners.pop(PRETRAINED), NO_PHYSICS: without, **cleaners}, {**keys, NO_PHYSICS: _key(None)}, performers
 
 
 def _key(policy: Path | None) -> str:
     """Return a key of the code that cleans and judges, of the package's root models and of a policy."""
-    models = [file for file in sorted(WEIGHTS.glob("*.safetensors")) if file != SHIPPED_POLICY]
+    models = [file for file in sorted(WEIGHTS_FOLDER.glob("*.safetensors")) if file != PRETRAINED_POLICY]
     digest = hashlib.sha256()
     for file in (*imported_files(Case.__module__), *models, *([policy] if policy else [])):
         digest.update(file.read_bytes())
     return digest.hexdigest()[:16]
 
 
-def _result(case: Case, variant: str, cleaner: Cleaner, key: str, folder: Path) -> Result:
+def _result(case: Case, variant: str, cleaner: CleaningPipeline, key: str, folder: Path) -> CaseResult:
     """Return what a cleaning makes of a clip, from the file of a former run if that has the same key."""
     own = hashlib.sha256(key.encode() + case.file.read_bytes() + str(case.seed).encode()).hexdigest()[:16]
     file = folder / _slug(variant) / f"{_slug(case.group)}_{case.file.stem}.json"
     known: Mapping[str, object] = json.loads(file.read_text()) if file.is_file() else {}
     if known.get("key") == own:
-        return from_json(known["result"])  # type: ignore[arg-type]
+        return result_from_json(known["result"])  # type: ignore[arg-type]
     result = clean_case(case, cleaner)
     file.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(file, json.dumps({"key": own, "result": as_json(result)}, indent=1, allow_nan=False) + "\n")
+    write_whole(file, json.dumps({"key": own, "result": result_to_json(result)}, indent=1, allow_nan=False) + "\n")
     return result
 
 

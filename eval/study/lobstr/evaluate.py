@@ -5,29 +5,29 @@ from collections.abc import Sequence
 import numpy as np
 import torch
 
-from agents.lobstr.model import LobstrModel, LowerBody, leg_matrices, pose_targets
-from agents.lobstr.spec import RECURRENT, WINDOW, LobstrSpec
+from agents.lobstr.model import LobstrModel, LowerBodyPrediction, leg_matrices, pose_targets
+from agents.lobstr.spec import RECURRENT, WINDOW_FRAMES, LobstrSpec
 from datasets.motion.rotation import to_matrix
-from datasets.motion.rotation_matrices import quaternions
+from datasets.motion.rotation_matrices import matrices_to_quaternions
 from datasets.trackers.features import tracker_features
-from datasets.trackers.lower_body import to_six
-from datasets.trackers.trackers import PELVIS, RATE, TrackerPoses
-from eval.study.lobstr.scores import Predicted, Scores, score_clips
-from eval.study.lobstr.six_point_baseline import foot_poses, legs_by_ik, lose_feet, strikes_of
-from eval.study.lobstr.test_sessions import Session, TestClip
+from datasets.trackers.lower_body import to_rotation_6d
+from datasets.trackers.trackers import PELVIS_TRACKER, TRACKER_RATE_HZ, TrackerPoses
+from eval.study.lobstr.scores import PredictedLegs, Scores, score_clips
+from eval.study.lobstr.six_point_baseline import find_foot_strikes, foot_poses, occlude_feet, solve_legs_ik
+from eval.study.lobstr.test_sessions import EvaluationClip, Session
 from trainers.supervised.lobstr_data import LobstrData
 
-TOGETHER = 512, 64  # windows, or clips whose state is carried, that the network gets at once
-LONG = round(600.0 * RATE)  # frames over which the autoregressive network runs freely
-EXPLODED = 2.0  # of any number of a pose: those of true poses are at most 1
-BOUND = 1e6  # of a number that is fed back
+BATCH_SIZES = 512, 64  # windows, or clips whose state is carried, that the network gets at once
+FREE_RUN_FRAMES = round(600.0 * TRACKER_RATE_HZ)  # frames over which the autoregressive network runs freely
+EXPLOSION_THRESHOLD = 2.0  # of any number of a pose: those of true poses are at most 1
+MAX_FEEDBACK = 1e6  # of a number that is fed back
 
 
-def examine(model: LobstrModel, clips: Sequence[TestClip]) -> Scores:
+def evaluate_model(model: LobstrModel, clips: Sequence[EvaluationClip]) -> Scores:
     """Return all measures with perfect trackers: in windows of a second, as the paper has it, and with the state carried through clips."""
     joints = [clip.joints for clip in clips]
     if model.spec.autoregressive:
-        return _examine_autoregressive(model, clips, joints)
+        return _evaluate_autoregressive(model, clips, joints)
     found = score_clips(clips, predict(model, joints, carried=False))
     if model.spec.encoder in RECURRENT:
         found |= {f"{name}_carried": value for name, value in score_clips(clips, predict(model, joints, carried=True)).items()}
@@ -35,7 +35,7 @@ def examine(model: LobstrModel, clips: Sequence[TestClip]) -> Scores:
 
 
 @torch.inference_mode()
-def predict(model: LobstrModel, joints: Sequence[TrackerPoses], carried: bool) -> list[Predicted]:
+def predict(model: LobstrModel, joints: Sequence[TrackerPoses], carried: bool) -> list[PredictedLegs]:
     """Return what a network that does not see its own poses says of each clip.
 
     Args:
@@ -43,10 +43,10 @@ def predict(model: LobstrModel, joints: Sequence[TrackerPoses], carried: bool) -
         joints: Of each clip, from its first frame on, (T, 4, ...).
         carried: Whether a recurrent network's state is carried from frame to frame, as live, rather than begun anew for each window.
     """
-    return [_posed(model.spec, model.read(states), one) for states, one in zip(_states(model, joints, carried), joints, strict=True)]
+    return [_posed(model.spec, model.decode(states), one) for states, one in zip(_states(model, joints, carried), joints, strict=True)]
 
 
-def six_point(sessions: Sequence[Session], lost: bool) -> tuple[list[Predicted], list[np.ndarray]]:
+def simulate_six_point(sessions: Sequence[Session], lost: bool) -> tuple[list[PredictedLegs], list[np.ndarray]]:
     """Return the legs of six-point tracking in each session, and when each foot is hidden, both from frame 45 on.
 
     Args:
@@ -56,27 +56,27 @@ def six_point(sessions: Sequence[Session], lost: bool) -> tuple[list[Predicted],
     legs, hidden = [], []
     for session in sessions:
         feet = foot_poses(session.clip.motion)
-        scaled = feet._replace(positions=session.size * feet.positions)
-        strikes = np.concat([np.zeros((WINDOW, 2), dtype=bool), strikes_of(session.clip.contacts)])
-        seen, mask = lose_feet(scaled, strikes, np.random.default_rng(session.seed))
+        scaled = feet._replace(positions=session.size_ratio * feet.positions)
+        strikes = np.concat([np.zeros((WINDOW_FRAMES, 2), dtype=bool), find_foot_strikes(session.clip.contacts)])
+        seen, mask = occlude_feet(scaled, strikes, np.random.default_rng(session.seed))
         told = seen if lost else scaled
         told = told._replace(positions=told.positions / session.calibration.scale)
-        legs.append(Predicted(legs_by_ik(session.joints(places=True), told)[WINDOW:]))
-        hidden.append(mask[WINDOW:])
+        legs.append(PredictedLegs(solve_legs_ik(session.joints(compensate_positions=True), told)[WINDOW_FRAMES:]))
+        hidden.append(mask[WINDOW_FRAMES:])
     return legs, hidden
 
 
-def mean_pose(motion: LobstrData, clips: Sequence[TestClip]) -> list[Predicted]:
+def predict_mean_pose(motion: LobstrData, clips: Sequence[EvaluationClip]) -> list[PredictedLegs]:
     """Return the pose nearest to the mean of training clips, throughout the test clips."""
     pose = _of_training(motion, motion.frames.poses).double().mean(0, keepdim=True)
-    legs = quaternions(leg_matrices(LobstrSpec(), pose.numpy(), np.array([[1.0, 0.0, 0.0, 0.0]])))
-    return [Predicted(np.repeat(legs, len(clip.legs), axis=0)) for clip in clips]
+    legs = matrices_to_quaternions(leg_matrices(LobstrSpec(), pose.numpy(), np.array([[1.0, 0.0, 0.0, 0.0]])))
+    return [PredictedLegs(np.repeat(legs, len(clip.legs), axis=0)) for clip in clips]
 
 
-def commoner_class(motion: LobstrData, clips: Sequence[TestClip]) -> Scores:
+def score_majority_class(motion: LobstrData, clips: Sequence[EvaluationClip]) -> Scores:
     """Return how often it is right to say of toe-bases always what is commoner in training clips [%]."""
     commoner = bool(_of_training(motion, motion.frames.contacts).mean() > 0.5)
-    said = [Predicted(clip.legs, np.full(clip.contacts.shape, commoner)) for clip in clips]
+    said = [PredictedLegs(clip.legs, np.full(clip.contacts.shape, commoner)) for clip in clips]
     return {name: value for name, value in score_clips(clips, said).items() if name.startswith("contact_accuracy")}
 
 
@@ -84,57 +84,61 @@ def _of_training(motion: LobstrData, frames: torch.Tensor) -> torch.Tensor:
     return torch.cat([frames[clip.start : clip.start + clip.frames] for clip in motion.training.clips])
 
 
-def _examine_autoregressive(model: LobstrModel, clips: Sequence[TestClip], joints: Sequence[TrackerPoses]) -> Scores:
+def _evaluate_autoregressive(model: LobstrModel, clips: Sequence[EvaluationClip], joints: Sequence[TrackerPoses]) -> Scores:
     """Return the measures of a network that gets its own poses back, those where it is told the true ones, and whether it explodes."""
     states = _states(model, joints, carried=False)
     true = [_true_poses(model.spec, clip) for clip in clips]
-    after = [TestClip(clip.motion.cut(1, len(clip.motion))) for clip in clips]
+    after = [EvaluationClip(clip.motion.cut(1, len(clip.motion))) for clip in clips]
     free = [
-        _posed(model.spec, _run_freely(model, own[1:], poses[0]), clip.joints) for own, poses, clip in zip(states, true, after, strict=True)
+        _posed(model.spec, _run_autoregressively(model, own[1:], poses[0]), clip.joints)
+        for own, poses, clip in zip(states, true, after, strict=True)
     ]
     with torch.inference_mode():
-        bodies = [model.read(own[1:], poses[:-1]) for own, poses in zip(states, true, strict=True)]
+        bodies = [model.decode(own[1:], poses[:-1]) for own, poses in zip(states, true, strict=True)]
     told = [_posed(model.spec, body, clip.joints) for body, clip in zip(bodies, after, strict=True)]
     found = score_clips(after, free)
     found |= {f"{name}_told": value for name, value in score_clips(after, told).items()}
-    endless = torch.cat(states).repeat(-(-LONG // sum(map(len, states))), 1)[:LONG]
-    sizes = _run_freely(model, endless, true[0][0]).pose.abs().amax(1)
-    exploded = torch.nonzero(sizes > EXPLODED).flatten()
-    return found | {"frames_until_explosion": float(exploded[0] if len(exploded) else LONG), "exploded": float(len(exploded) > 0)}
+    endless = torch.cat(states).repeat(-(-FREE_RUN_FRAMES // sum(map(len, states))), 1)[:FREE_RUN_FRAMES]
+    sizes = _run_autoregressively(model, endless, true[0][0]).pose.abs().amax(1)
+    exploded = torch.nonzero(sizes > EXPLOSION_THRESHOLD).flatten()
+    return found | {
+        "frames_until_explosion": float(exploded[0] if len(exploded) else FREE_RUN_FRAMES),
+        "exploded": float(len(exploded) > 0),
+    }
 
 
 @torch.inference_mode()
-def _run_freely(model: LobstrModel, states: torch.Tensor, pose: torch.Tensor) -> LowerBody:
+def _run_autoregressively(model: LobstrModel, states: torch.Tensor, pose: torch.Tensor) -> LowerBodyPrediction:
     """Return what is said of frames (S, hidden) one after the other by a network that is told what it said before; at first ``pose``."""
     said = []
     for state in states:
-        body = model.read(state, pose)
-        pose = body.pose.clamp(-BOUND, BOUND)
+        body = model.decode(state, pose)
+        pose = body.pose.clamp(-MAX_FEEDBACK, MAX_FEEDBACK)
         said.append((pose, body.contact))
-    return LowerBody(*(torch.stack(part) for part in zip(*said, strict=True)))
+    return LowerBodyPrediction(*(torch.stack(part) for part in zip(*said, strict=True)))
 
 
 @torch.inference_mode()
 def _states(model: LobstrModel, joints: Sequence[TrackerPoses], carried: bool) -> list[torch.Tensor]:
     """Return the encoder's states in all frames of each clip that have a second behind them, (S, hidden)."""
     model.eval()
-    features = [model.normalised(_features(model.spec.inputs, one)) for one in joints]
+    features = [model.normalise(_features(model.spec.inputs, one)) for one in joints]
     if carried or model.spec.encoder not in RECURRENT:
         return _through_clips(model, features)
-    windows = torch.cat([one.unfold(0, WINDOW, 1).transpose(1, 2) for one in features])
-    states = torch.cat([model.encoder(some)[:, 0] for some in windows.split(TOGETHER[0])])
-    return list(states.split([len(one) - WINDOW + 1 for one in features]))
+    windows = torch.cat([one.unfold(0, WINDOW_FRAMES, 1).transpose(1, 2) for one in features])
+    states = torch.cat([model.encoder(some)[:, 0] for some in windows.split(BATCH_SIZES[0])])
+    return list(states.split([len(one) - WINDOW_FRAMES + 1 for one in features]))
 
 
 def _through_clips(model: LobstrModel, features: Sequence[torch.Tensor]) -> list[torch.Tensor]:
     """Return the same of an encoder that is begun once a clip; clips of like length are run beside each other."""
     found: dict[int, torch.Tensor] = {}
     order = sorted(range(len(features)), key=lambda clip: len(features[clip]))
-    for first in range(0, len(order), TOGETHER[1]):
-        some = order[first : first + TOGETHER[1]]
+    for first in range(0, len(order), BATCH_SIZES[1]):
+        some = order[first : first + BATCH_SIZES[1]]
         padded = torch.nn.utils.rnn.pad_sequence([features[clip] for clip in some], batch_first=True)
         for clip, states in zip(some, model.encoder(padded), strict=True):
-            found[clip] = states[: len(features[clip]) - WINDOW + 1].clone()
+            found[clip] = states[: len(features[clip]) - WINDOW_FRAMES + 1].clone()
     return [found[clip] for clip in range(len(features))]
 
 
@@ -144,13 +148,13 @@ def _features(kind: str, joints: TrackerPoses) -> torch.Tensor:
     return torch.from_numpy(tracker_features(kind, before, now).astype(np.float32))
 
 
-def _true_poses(spec: LobstrSpec, clip: TestClip) -> torch.Tensor:
+def _true_poses(spec: LobstrSpec, clip: EvaluationClip) -> torch.Tensor:
     """Return what a network would rightly predict of a clip, (S, 48)."""
-    poses = to_six(to_matrix(clip.legs)).reshape(len(clip.legs), -1)
-    return torch.from_numpy(pose_targets(spec, poses, clip.joints.rotations[WINDOW:, PELVIS]).astype(np.float32))
+    poses = to_rotation_6d(to_matrix(clip.legs)).reshape(len(clip.legs), -1)
+    return torch.from_numpy(pose_targets(spec, poses, clip.joints.rotations[WINDOW_FRAMES:, PELVIS_TRACKER]).astype(np.float32))
 
 
-def _posed(spec: LobstrSpec, body: LowerBody, joints: TrackerPoses) -> Predicted:
+def _posed(spec: LobstrSpec, body: LowerBodyPrediction, joints: TrackerPoses) -> PredictedLegs:
     """Return the legs of a clip of which the joints are known in all frames, those before the first prediction included."""
-    legs = leg_matrices(spec, body.pose.double().numpy(), joints.rotations[WINDOW:, PELVIS])
-    return Predicted(quaternions(legs), body.contact.numpy().argmax(-1).astype(bool))
+    legs = leg_matrices(spec, body.pose.double().numpy(), joints.rotations[WINDOW_FRAMES:, PELVIS_TRACKER])
+    return PredictedLegs(matrices_to_quaternions(legs), body.contact.numpy().argmax(-1).astype(bool))

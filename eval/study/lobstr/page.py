@@ -3,15 +3,15 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-from datasets.trackers.trackers import RATE
-from eval.study.lobstr.six_point_baseline import FROZEN, HIDDEN_PER_MINUTE, HIDDEN_SECONDS, IMPACT, JUMP
-from eval.study.lobstr.test_sessions import WEARINGS, TestClip
-from eval.study.lobstr.variants import CATEGORIES, COMMONER, HEIGHTS, MEAN_POSE, SHIPPED, TRUTH, VARIANTS
+from datasets.trackers.trackers import TRACKER_RATE_HZ
+from eval.study.lobstr.six_point_baseline import FROZEN_SHARE, HIDDEN_DURATION_S, HIDDEN_PER_MINUTE, IMPACT_STD_M, JUMP_DISTANCE_M
+from eval.study.lobstr.test_sessions import WEARINGS_PER_USER, EvaluationClip
+from eval.study.lobstr.variants import CATEGORIES, MAJORITY_CLASS, MEAN_POSE, PRETRAINED, TRUTH, USER_HEIGHTS_CM, VARIANTS
 from eval.study.protocol.page import Group, Measure
 from trainers.supervised.lobstr_data import LobstrData
 
-PERFECT_ROWS = (*(variant.name for variant in VARIANTS), COMMONER, MEAN_POSE, TRUTH, SHIPPED)
-USER_ROWS = tuple(f"{height} cm" for height in HEIGHTS)
+PERFECT_ROWS = (*(variant.name for variant in VARIANTS), MAJORITY_CLASS, MEAN_POSE, TRUTH, PRETRAINED)
+USER_ROWS = tuple(f"{height} cm" for height in USER_HEIGHTS_CM)
 _PERFECT = {
     "contact_accuracy": Measure("%", "of the labels of both toe-bases"),
     "rotational_error": Measure(
@@ -86,7 +86,7 @@ GROUPS = (
 )  # fmt: skip
 
 
-def notes(samples: int, motion: LobstrData, clips: Sequence[TestClip]) -> tuple[str, ...]:
+def lobstr_notes(samples: int, motion: LobstrData, clips: Sequence[EvaluationClip]) -> tuple[str, ...]:
     """Return what a reader must know.
 
     Args:
@@ -94,7 +94,7 @@ def notes(samples: int, motion: LobstrData, clips: Sequence[TestClip]) -> tuple[
         motion: What the trainings share.
         clips: Of the tests.
     """
-    trained = sum(clip.frames for clip in motion.training.clips) / RATE / 60.0
+    trained = sum(clip.frames for clip in motion.training.clips) / TRACKER_RATE_HZ / 60.0
     kinds: dict[str, Counter[str]] = {}
     for clip in clips:
         kinds.setdefault(clip.category, Counter())[clip.motion.kind] += 1
@@ -113,7 +113,8 @@ def notes(samples: int, motion: LobstrData, clips: Sequence[TestClip]) -> tuple[
         f"{motion.held_out} is held out of training and selects which state of a network is kept, by the network's own loss. Tests are "
         "clips on level ground of performers whom no training saw, cmu/test and bandai/test, at 45 Hz. Our humanoid has no hip joints, "
         "which are rigid on CMU's skeleton: they are predicted and counted as in the paper, and the six joints that move by themselves.",
-        f"Virtual users perform the same clips: {', '.join(map(str, HEIGHTS))} cm tall, each of whom puts the trackers on {WEARINGS} "
+        f"Virtual users perform the same clips: {', '.join(map(str, USER_HEIGHTS_CM))} cm tall, "
+        f"each of whom puts the trackers on {WEARINGS_PER_USER} "
         "times, displaced and tilted anew, takes a T-pose by eye for a second, and is measured with the 2 mm of noise that the paper "
         "names. The networks' states are carried through each clip, as live. The proportions of all users are the humanoid's. The paper "
         "has real users, and its errors of 0.03 or 0.2 cm can hardly be means of absolute differences, as ours are: toe_distance_bias, "
@@ -121,8 +122,9 @@ def notes(samples: int, motion: LobstrData, clips: Sequence[TestClip]) -> tuple[
         f"Categories of Table 3 by the clips' kinds: {listed}. The total is over recorded clips, without the made-up people.",
         "Six-point tracking has two trackers more, on the feet, perfectly worn and calibrated; the pelvis is where the calibrated "
         f"trackers say, legs by inverse kinematics. Where feet get lost, each is hidden {HIDDEN_PER_MINUTE:g} times a minute for "
-        f"{HIDDEN_SECONDS[0]:g} to {HIDDEN_SECONDS[1]:g} s, and its tracker then stays where it was ({FROZEN:.0%}) or jumps by "
-        f"{JUMP[0]:g} to {JUMP[1]:g} m; each strike on the ground shakes it by {100.0 * IMPACT:g} cm (standard deviation along each axis) "
+        f"{HIDDEN_DURATION_S[0]:g} to {HIDDEN_DURATION_S[1]:g} s, and its tracker then stays where it was ({FROZEN_SHARE:.0%}) or jumps by "
+        f"{JUMP_DISTANCE_M[0]:g} to {JUMP_DISTANCE_M[1]:g} m; each strike on the ground shakes it by {100.0 * IMPACT_STD_M:g} cm "
+        "(standard deviation along each axis) "
         "for a moment. These are assumptions: the paper shows pictures and no numbers.",
         "A finding counts as reproduced where two rows are further apart than their two standard deviations over seeds together, decided "
         "before any row was known; one that two rows are alike, where they are not. What is closer is undecided.",

@@ -7,11 +7,10 @@ from eval.pages.figures import GREY, Figure, figure, line
 from eval.runs.training_curves import Curve
 from eval.study.lobstr.variants import (
     AUTOREGRESSIVE,
-    COMMONER,
     ENCODERS,
     GRU,
-    HEIGHTS,
     LOST_FEET,
+    MAJORITY_CLASS,
     MEAN_POSE,
     PERFECT_FEET,
     PK,
@@ -19,6 +18,7 @@ from eval.study.lobstr.variants import (
     TABLE_1,
     TRUTH,
     UPRIGHT,
+    USER_HEIGHTS_CM,
     P,
     user_row,
 )
@@ -30,12 +30,12 @@ COLOURS = {
 }  # fmt: skip
 ENCODING = {row: row for row in ENCODERS}  # what a plot calls a row: its name
 LOSSES = {"P": P, "PK": PK, "PKV": GRU}
-COURSES: dict[str, tuple[dict[str, str], tuple[str, ...]]] = {
+CURVE_PLOTS: dict[str, tuple[dict[str, str], tuple[str, ...]]] = {
     "encoders": (ENCODING, ("#6b9e5b", "#9a7fb8", "#d9a51f", "#d9541f", "#2f7dc8")),
     "losses": (LOSSES, ("#d9541f", "#d9a51f", "#2f7dc8")),
     "inputs": (REPRESENTATIONS, ("#2f7dc8", "#d9541f", "#d9a51f")),
 }
-AXES = {
+AXIS_TITLES = {
     "contact_accuracy": "contact accuracy [%]", "rotational_error": "rotational error [deg]", "toe_position_error": "toe-base error [cm]",
 }  # fmt: skip
 Rows = Mapping[str, Mapping[str, Any]]
@@ -56,18 +56,18 @@ def _tables(rows: Rows) -> list[Plot]:
     """Return bars of Tables 1 and 2, ours beside the paper's."""
     plots = []
     for measure in TABLE_1:
-        marks = {"commoner class": COMMONER} if measure == "contact_accuracy" else {"mean pose": MEAN_POSE}
+        marks = {"commoner class": MAJORITY_CLASS} if measure == "contact_accuracy" else {"mean pose": MEAN_POSE}
         shown = {**ENCODING, "autoregressive": AUTOREGRESSIVE, "upright": UPRIGHT, **marks}
-        plots.append(Plot("Errors by encoder (Table 1)", AXES[measure], _beside_the_paper(rows, shown, measure)))
+        plots.append(Plot("Errors by encoder (Table 1)", AXIS_TITLES[measure], _beside_the_paper(rows, shown, measure)))
     losses = _beside_the_paper(rows, LOSSES, "toe_position_error")
-    return [*plots, Plot("Errors by losses (Table 2)", AXES["toe_position_error"], losses)]
+    return [*plots, Plot("Errors by losses (Table 2)", AXIS_TITLES["toe_position_error"], losses)]
 
 
 def _beside_the_paper(rows: Rows, shown: Mapping[str, str], measure: str) -> Figure:
     ours = _bars(list(shown), [rows[row]["ours"][measure] for row in shown.values()], "here", OURS)
     known = {name: rows[row]["published"][measure] for name, row in shown.items() if measure in rows[row]["published"]}
     paper = {"type": "bar", "name": "paper, its own data", "marker": {"color": PAPER}, "x": list(known), "y": list(known.values())}
-    bars = figure([ours, paper], "", AXES[measure], height=340, barmode="group")
+    bars = figure([ours, paper], "", AXIS_TITLES[measure], height=340, barmode="group")
     bars["layout"]["xaxis"]["automargin"] = True
     return bars
 
@@ -75,7 +75,7 @@ def _beside_the_paper(rows: Rows, shown: Mapping[str, str], measure: str) -> Fig
 def _courses(curves: Mapping[str, Sequence[Mapping[str, Curve]]]) -> list[Plot]:
     """Return how networks do on the held-out performer while they learn, the mean over seeds (figure 3)."""
     plots = []
-    for what, (shown, colours) in COURSES.items():
+    for what, (shown, colours) in CURVE_PLOTS.items():
         for measure, y_title in (("toe_error_cm", "toe-base error [cm]"), ("contact_accuracy", "contact accuracy [%]")):
             lines = []
             for (name, row), colour in zip(shown.items(), colours, strict=True):
@@ -110,8 +110,8 @@ def _six_point(rows: Rows) -> Plot:
 
 
 def _by_user(rows: Rows, hows: Sequence[str], measure: str, y_title: str) -> Figure:
-    users = [f"{height} cm" for height in HEIGHTS]
-    traces = [_bars(users, [rows[user_row(height, how)]["ours"][measure] for height in HEIGHTS], how, COLOURS[how]) for how in hows]
+    users = [f"{height} cm" for height in USER_HEIGHTS_CM]
+    traces = [_bars(users, [rows[user_row(height, how)]["ours"][measure] for height in USER_HEIGHTS_CM], how, COLOURS[how]) for how in hows]
     return figure(traces, "", y_title, height=340, barmode="group")
 
 

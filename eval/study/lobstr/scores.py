@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from datasets.motion.rotation import to_matrix
-from datasets.trackers.lower_body import MOVING, toe_positions
-from datasets.trackers.trackers import RATE
+from datasets.trackers.lower_body import MOVING_LEG_JOINTS, toe_positions
+from datasets.trackers.trackers import TRACKER_RATE_HZ
 from eval.metrics.lower_body import (
     body_movement,
     contact_accuracy,
@@ -17,13 +17,13 @@ from eval.metrics.lower_body import (
     toe_position_error,
     toe_velocity_error,
 )
-from eval.study.lobstr.test_sessions import Session, TestClip
+from eval.study.lobstr.test_sessions import EvaluationClip, Session
 
-SOURCES = {"cmu": "cmu", "bandai": "bnr"}  # how the names of their clips begin
+SOURCE_PREFIXES = {"cmu": "cmu", "bandai": "bnr"}  # how the names of their clips begin
 Scores = dict[str, float]
 
 
-class Predicted(NamedTuple):
+class PredictedLegs(NamedTuple):
     """A lower body in all frames that have a second behind them.
 
     Attributes:
@@ -40,17 +40,17 @@ class Predicted(NamedTuple):
         return toe_positions(to_matrix(self.legs))
 
 
-def score_clips(clips: Sequence[TestClip], predicted: Sequence[Predicted]) -> Scores:
+def score_clips(clips: Sequence[EvaluationClip], predicted: Sequence[PredictedLegs]) -> Scores:
     """Return all measures over all frames of recorded clips (Tables 1 and 2), and those of Table 1 by folder."""
-    pairs = [(clip, one) for clip, one in zip(clips, predicted, strict=True) if clip.recorded]
-    found = pooled([(len(one.legs), _errors(clip, one)) for clip, one in pairs])
-    for source, begins in SOURCES.items():
-        own = pooled([(len(one.legs), _errors(clip, one)) for clip, one in pairs if clip.motion.name.startswith(begins)])
+    pairs = [(clip, one) for clip, one in zip(clips, predicted, strict=True) if clip.is_recorded]
+    found = weighted_mean([(len(one.legs), _errors(clip, one)) for clip, one in pairs])
+    for source, begins in SOURCE_PREFIXES.items():
+        own = weighted_mean([(len(one.legs), _errors(clip, one)) for clip, one in pairs if clip.motion.name.startswith(begins)])
         found |= {f"{name}_{source}": own[name] for name in ("contact_accuracy", "rotational_error", "toe_position_error") if name in own}
     return found
 
 
-def score_sessions(sessions: Sequence[Session], predicted: Sequence[Predicted], hidden: Sequence[np.ndarray]) -> Scores:
+def score_sessions(sessions: Sequence[Session], predicted: Sequence[PredictedLegs], hidden: Sequence[np.ndarray]) -> Scores:
     """Return the measures of Table 3 by category, and of its total and figure 6 over all frames of recorded clips.
 
     Args:
@@ -59,15 +59,15 @@ def score_sessions(sessions: Sequence[Session], predicted: Sequence[Predicted], 
         hidden: When each foot would be hidden from trackers, bool, shape (S, 2) each.
     """
     triples = list(zip(sessions, predicted, hidden, strict=True))
-    found = pooled([(len(one.legs), _worn_errors(session, one)) for session, one, _ in triples if session.clip.recorded])
+    found = weighted_mean([(len(one.legs), _worn_errors(session, one)) for session, one, _ in triples if session.clip.is_recorded])
     found["toe_distance_total"] = found.pop("toe_distance_error")
     for category in sorted({session.clip.category for session in sessions}):
         own = [(len(one.legs), _worn_errors(session, one)) for session, one, _ in triples if session.clip.category == category]
-        found[f"toe_distance_{category}"] = pooled(own)["toe_distance_error"]
+        found[f"toe_distance_{category}"] = weighted_mean(own)["toe_distance_error"]
     return found | _while_hidden(triples)
 
 
-def pooled(parts: Sequence[tuple[int, Mapping[str, float]]]) -> Scores:
+def weighted_mean(parts: Sequence[tuple[int, Mapping[str, float]]]) -> Scores:
     """Return the means of measures that all parts have, weighted by the parts' frames."""
     if not parts:
         return {}
@@ -76,13 +76,13 @@ def pooled(parts: Sequence[tuple[int, Mapping[str, float]]]) -> Scores:
     return {name: sum(weight * values[name] for weight, values in parts) / frames for name in shared}
 
 
-def _errors(clip: TestClip, predicted: Predicted) -> Scores:
+def _errors(clip: EvaluationClip, predicted: PredictedLegs) -> Scores:
     toes = predicted.toes
     found = {
         "rotational_error": rotational_error(predicted.legs, clip.legs),
-        "rotational_error_moving": rotational_error(predicted.legs[:, MOVING], clip.legs[:, MOVING]),
+        "rotational_error_moving": rotational_error(predicted.legs[:, MOVING_LEG_JOINTS], clip.legs[:, MOVING_LEG_JOINTS]),
         "toe_position_error": toe_position_error(toes, clip.toes),
-        "toe_velocity_error": toe_velocity_error(toes, clip.toes, RATE),
+        "toe_velocity_error": toe_velocity_error(toes, clip.toes, TRACKER_RATE_HZ),
         "toe_distance_error": toe_distance_error(toes, clip.toes),
         "body_movement": body_movement(predicted.legs),
     }
@@ -91,9 +91,9 @@ def _errors(clip: TestClip, predicted: Predicted) -> Scores:
     return found
 
 
-def _worn_errors(session: Session, predicted: Predicted) -> Scores:
+def _worn_errors(session: Session, predicted: PredictedLegs) -> Scores:
     """Return the measures of a user, at the user's own size."""
-    true, toes = session.size * session.clip.toes, float(session.calibration.scale) * predicted.toes
+    true, toes = session.size_ratio * session.clip.toes, float(session.calibration.scale) * predicted.toes
     distances: dict[str, Callable[[np.ndarray, np.ndarray], float]] = {
         "toe_distance_error": toe_distance_error,
         "toe_distance_bias": toe_distance_bias,
@@ -102,12 +102,12 @@ def _worn_errors(session: Session, predicted: Predicted) -> Scores:
     return _errors(session.clip, predicted) | {name: measure(toes, true) for name, measure in distances.items()}
 
 
-def _while_hidden(triples: Sequence[tuple[Session, Predicted, np.ndarray]]) -> Scores:
+def _while_hidden(triples: Sequence[tuple[Session, PredictedLegs, np.ndarray]]) -> Scores:
     """Return the error of toe-bases whose foot is hidden [cm], and of how many frames and feet that is [%], over recorded clips."""
     errors, masks = [], []
     for session, one, hidden in triples:
-        if session.clip.recorded:
-            off = float(session.calibration.scale) * one.toes - session.size * session.clip.toes
+        if session.clip.is_recorded:
+            off = float(session.calibration.scale) * one.toes - session.size_ratio * session.clip.toes
             errors.append(100.0 * np.linalg.norm(off, axis=-1)[hidden])
             masks.append(hidden)
     share = float(np.mean(np.concat(masks)))

@@ -7,23 +7,23 @@ import numpy as np
 
 from datasets.ik.leg_ik import leg_ik
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import NAMES, SKELETON
+from datasets.motion.humanoid import BODY_NAMES, SKELETON
 from datasets.motion.kinematics import body_poses
-from datasets.motion.rotation import about_axis, conjugate, from_rotation_vector, multiply, rotate
-from datasets.trackers.lower_body import JOINTS
-from datasets.trackers.trackers import PELVIS, RATE, TrackerPoses
+from datasets.motion.rotation import conjugate, from_axis_angle, from_rotation_vector, multiply, rotate
+from datasets.trackers.lower_body import LEG_JOINTS
+from datasets.trackers.trackers import PELVIS_TRACKER, TRACKER_RATE_HZ, TrackerPoses
 
-FOOT_BODIES = [NAMES.index(f"foot_{side}") for side in "lr"]
-_HIPS = SKELETON.offsets[[NAMES.index(f"thigh_{side}") for side in "lr"]]
+FOOT_BODIES = [BODY_NAMES.index(f"foot_{side}") for side in "lr"]
+_HIPS = SKELETON.offsets[[BODY_NAMES.index(f"thigh_{side}") for side in "lr"]]
 _X, _Y = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
 HIDDEN_PER_MINUTE = 6.0  # times that each foot is hidden behind something
-HIDDEN_SECONDS = 0.3, 1.5  # for how long
-FROZEN = 0.5  # of those times that the tracker says where it was last; else it jumps away
-JUMP = 0.1, 0.5  # m, how far it jumps
-JUMP_TURN = np.radians(60.0)  # that it is turned by at most
-IMPACT = 0.03  # m, standard deviation along each axis of how far the tracker is shaken off when the foot strikes the ground
-IMPACT_TURN = np.radians(5.0)  # standard deviation about each axis
-IMPACT_FRAMES = 2.0  # in which that falls to a third
+HIDDEN_DURATION_S = 0.3, 1.5  # for how long
+FROZEN_SHARE = 0.5  # of those times that the tracker says where it was last; else it jumps away
+JUMP_DISTANCE_M = 0.1, 0.5  # m, how far it jumps
+MAX_JUMP_ROTATION_RAD = np.radians(60.0)  # that it is turned by at most
+IMPACT_STD_M = 0.03  # m, standard deviation along each axis of how far the tracker is shaken off when the foot strikes the ground
+IMPACT_STD_RAD = np.radians(5.0)  # standard deviation about each axis
+IMPACT_DECAY_FRAMES = 2.0  # in which that falls to a third
 
 
 def foot_poses(motion: BodyMotion) -> TrackerPoses:
@@ -32,7 +32,7 @@ def foot_poses(motion: BodyMotion) -> TrackerPoses:
     return TrackerPoses(positions[:, FOOT_BODIES], rotations[:, FOOT_BODIES])
 
 
-def lose_feet(feet: TrackerPoses, strikes: np.ndarray, rng: np.random.Generator) -> tuple[TrackerPoses, np.ndarray]:
+def occlude_feet(feet: TrackerPoses, strikes: np.ndarray, rng: np.random.Generator) -> tuple[TrackerPoses, np.ndarray]:
     """Return what the trackers tell where feet strike the ground and are hidden now and then, and when they are hidden (T, 2), bool.
 
     Args:
@@ -45,9 +45,9 @@ def lose_feet(feet: TrackerPoses, strikes: np.ndarray, rng: np.random.Generator)
     rotations = multiply(from_rotation_vector(shaken[..., 3:]), feet.rotations)
     hidden = np.zeros(strikes.shape, dtype=bool)
     for foot in range(2):
-        starts = np.flatnonzero(rng.uniform(size=len(hidden)) < HIDDEN_PER_MINUTE / 60.0 / RATE)
+        starts = np.flatnonzero(rng.uniform(size=len(hidden)) < HIDDEN_PER_MINUTE / 60.0 / TRACKER_RATE_HZ)
         for start in starts:
-            span = slice(max(start, 1), start + round(rng.uniform(*HIDDEN_SECONDS) * RATE))
+            span = slice(max(start, 1), start + round(rng.uniform(*HIDDEN_DURATION_S) * TRACKER_RATE_HZ))
             before = span.start - 1
             away, turn = _jump(rng)
             positions[span, foot] = positions[before, foot] + away
@@ -56,7 +56,7 @@ def lose_feet(feet: TrackerPoses, strikes: np.ndarray, rng: np.random.Generator)
     return TrackerPoses(positions, rotations), hidden
 
 
-def legs_by_ik(pelvis: TrackerPoses, feet: TrackerPoses) -> np.ndarray:
+def solve_legs_ik(pelvis: TrackerPoses, feet: TrackerPoses) -> np.ndarray:
     """Return the rotations of the eight joints, wxyz (T, 8, 4), that bring the standard humanoid's feet to their trackers.
 
     Knees point to where foot and pelvis face, halfway in between.
@@ -65,15 +65,15 @@ def legs_by_ik(pelvis: TrackerPoses, feet: TrackerPoses) -> np.ndarray:
         pelvis: Poses of the four joints, of which the pelvis counts, shape (T, 4, ...).
         feet: Of the feet, shape (T, 2, ...).
     """
-    place, turn = pelvis.positions[:, PELVIS], pelvis.rotations[:, PELVIS]
-    legs = np.zeros((len(place), len(JOINTS), 4))
+    place, turn = pelvis.positions[:, PELVIS_TRACKER], pelvis.rotations[:, PELVIS_TRACKER]
+    legs = np.zeros((len(place), len(LEG_JOINTS), 4))
     legs[..., 0] = 1.0
     for side in range(2):
         foot = feet.rotations[:, side]
         hip = place + rotate(turn, np.broadcast_to(_HIPS[side], place.shape))
         forward = rotate(turn, np.broadcast_to(_X, place.shape)) + rotate(foot, np.broadcast_to(_X, place.shape))
         thigh, flexion = leg_ik(hip, feet.positions[:, side], forward)
-        shin = about_axis(np.broadcast_to(_Y, place.shape), flexion)
+        shin = from_axis_angle(np.broadcast_to(_Y, place.shape), flexion)
         at = 4 * side
         legs[:, at + 1] = multiply(conjugate(turn), thigh)
         legs[:, at + 2] = shin
@@ -81,16 +81,16 @@ def legs_by_ik(pelvis: TrackerPoses, feet: TrackerPoses) -> np.ndarray:
     return legs
 
 
-def strikes_of(contacts: np.ndarray) -> np.ndarray:
+def find_foot_strikes(contacts: np.ndarray) -> np.ndarray:
     """Return in which frames each contact (T, 2) begins."""
     return contacts & ~np.concat([contacts[:1], contacts[:-1]])
 
 
 def _shaken(strikes: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Return by how much strikes displace [m] and turn [rad] each foot's tracker, shape (T, 2, 6): at once, and back exponentially."""
-    scale = np.array([IMPACT] * 3 + [IMPACT_TURN] * 3)
+    scale = np.array([IMPACT_STD_M] * 3 + [IMPACT_STD_RAD] * 3)
     shaken = rng.normal(size=(*strikes.shape, 6)) * scale * strikes[..., None]
-    decay = np.exp(-1.0 / IMPACT_FRAMES)
+    decay = np.exp(-1.0 / IMPACT_DECAY_FRAMES)
     for frame in range(1, len(shaken)):
         shaken[frame] += decay * shaken[frame - 1]
     return shaken
@@ -100,7 +100,7 @@ def _jump(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Return by how much a hidden tracker is off where it was last: a vector (3,) [m] and a rotation (4,)."""
     directions = rng.normal(size=(2, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    away, turn = rng.uniform(*JUMP), rng.uniform(0.0, JUMP_TURN)
-    if rng.uniform() < FROZEN:
+    away, turn = rng.uniform(*JUMP_DISTANCE_M), rng.uniform(0.0, MAX_JUMP_ROTATION_RAD)
+    if rng.uniform() < FROZEN_SHARE:
         away = turn = 0.0
     return away * directions[0], from_rotation_vector(turn * directions[1])

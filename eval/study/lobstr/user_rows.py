@@ -3,10 +3,10 @@
 from collections.abc import Iterator, Sequence
 
 from agents.lobstr.model import LobstrModel
-from eval.study.lobstr.evaluate import predict, six_point
-from eval.study.lobstr.scores import Predicted, Scores, score_sessions
+from eval.study.lobstr.evaluate import predict, simulate_six_point
+from eval.study.lobstr.scores import PredictedLegs, Scores, score_sessions
 from eval.study.lobstr.test_sessions import Session
-from eval.study.lobstr.variants import HEIGHTS, LOST_FEET, PERFECT_FEET, PLACES, TABLE_3, TRUTH, user_row
+from eval.study.lobstr.variants import LOST_FEET, PERFECT_FEET, POSITIONS_SUFFIX, TABLE_3, TRUTH, USER_HEIGHTS_CM, user_row
 
 
 class UserRows:
@@ -14,14 +14,14 @@ class UserRows:
 
     def __init__(self, sessions: Sequence[Session]) -> None:
         """Take what the users perform, and what six-point tracking makes of it."""
-        self._sessions = {height: [one for one in sessions if one.height == height] for height in HEIGHTS}
+        self._sessions = {height: [one for one in sessions if one.height_cm == height] for height in USER_HEIGHTS_CM}
         self._hidden = {}
         self._found: dict[tuple[int, str], list[Scores]] = {}
         for height, own in self._sessions.items():
-            lost, self._hidden[height] = six_point(own, lost=True)
-            self._score(height, PERFECT_FEET, six_point(own, lost=False)[0])
+            lost, self._hidden[height] = simulate_six_point(own, lost=True)
+            self._score(height, PERFECT_FEET, simulate_six_point(own, lost=False)[0])
             self._score(height, LOST_FEET, lost)
-            self._score(height, TRUTH, [Predicted(one.clip.legs) for one in own])
+            self._score(height, TRUTH, [PredictedLegs(one.clip.legs) for one in own])
 
     def add(self, how: str, model: LobstrModel, perfect: Scores) -> None:
         """Take one seed of a network, its state carried as live: rotations of trackers compensated alone, and their places too.
@@ -34,18 +34,18 @@ class UserRows:
         for height, own in self._sessions.items():
             for places in (False, True):
                 predicted = predict(model, [one.joints(places) for one in own], carried=True)
-                scores = self._score(height, how + PLACES * places, predicted)
-                scores["toe_position_growth"] = scores["toe_position_error"] - own[0].size * perfect["toe_position_error_carried"]
+                scores = self._score(height, how + POSITIONS_SUFFIX * places, predicted)
+                scores["toe_position_growth"] = scores["toe_position_error"] - own[0].size_ratio * perfect["toe_position_error_carried"]
 
     def rows(self) -> Iterator[tuple[str, list[Scores], dict[str, float]]]:
         """Yield name, seeds and published values of each row, user by user, networks first."""
         ordered = sorted(self._found.items(), key=lambda one: one[0][1] in (PERFECT_FEET, LOST_FEET, TRUTH))
-        for height in HEIGHTS:
+        for height in USER_HEIGHTS_CM:
             for (whose, how), seeds in ordered:
                 if whose == height:
                     yield user_row(height, how), seeds, TABLE_3.get((height, how), {})
 
-    def _score(self, height: int, how: str, predicted: Sequence[Predicted]) -> Scores:
+    def _score(self, height: int, how: str, predicted: Sequence[PredictedLegs]) -> Scores:
         scores = score_sessions(self._sessions[height], predicted, self._hidden[height])
         self._found.setdefault((height, how), []).append(scores)
         return scores

@@ -9,11 +9,11 @@ POSE, COMBINED = "GRU, position and orientation", "GRU, combined"
 UPRIGHT = "GRU, upright"  # beyond the paper
 ENCODERS = (FC, CNN, RNN, LSTM, GRU)
 REPRESENTATIONS = {"velocity": GRU, "pos-ori": POSE, "combined": COMBINED}  # as Table 3 calls them, and the row that is trained so
-COMMONER, MEAN_POSE, TRUTH = "always the commoner class", "mean pose", "truth"
-SHIPPED = "as shipped"
+MAJORITY_CLASS, MEAN_POSE, TRUTH = "always the commoner class", "mean pose", "truth"
+PRETRAINED = "as shipped"
 PERFECT_FEET, LOST_FEET = "six-point", "six-point, feet lost"
-PLACES = ", places compensated"  # at the end of the names of rows whose trackers are brought to where the joints are
-HEIGHTS = (157, 171, 184)  # cm, of the virtual users
+POSITIONS_SUFFIX = ", places compensated"  # at the end of the names of rows whose trackers are brought to where the joints are
+USER_HEIGHTS_CM = (157, 171, 184)  # cm, of the virtual users
 TABLE_1 = {
     "contact_accuracy": 85.77,
     "rotational_error": 8.53,
@@ -52,8 +52,8 @@ VARIANTS = (
     Variant(LSTM, ("model.encoder=lstm",), _table_1(83.85, 8.50, 6.63)),
     Variant(GRU, (), TABLE_1),
     Variant(AUTOREGRESSIVE, ("model.autoregressive=true",), {"frames_until_explosion": 120}),
-    Variant(P, ("learner.kinematics=0", "learner.velocity=0"), _table_2(6.95)),
-    Variant(PK, ("learner.velocity=0",), _table_2(6.64)),
+    Variant(P, ("learner.kinematics_weight=0", "learner.velocity_weight=0"), _table_2(6.95)),
+    Variant(PK, ("learner.velocity_weight=0",), _table_2(6.64)),
     Variant(POSE, ("model.inputs=pose",)),
     Variant(COMBINED, ("model.inputs=combined",)),
     Variant(UPRIGHT, ("model.upright=true",)),

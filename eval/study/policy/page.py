@@ -6,8 +6,8 @@ from dataclasses import asdict
 from envs.mimic.spec import MimicSpec
 from eval.pages.figures import figure, line
 from eval.runs.training_curves import Curve
-from eval.study.policy.scores import MEASURES, RECORDED
-from eval.study.policy.test_clips import TRAINED_ON, UnseenClips
+from eval.study.policy.scores import MEASURES, RECORDED_PREFIX
+from eval.study.policy.test_clips import TRAIN_FOLDER, UnseenClips
 from eval.study.policy.variants import DRECON, FULL, IMU, IMU_LARGE, MIXED, OPTICAL, OPTICAL_LARGE, OURS
 from eval.study.protocol.page import Group, Measure, Plot
 from trainers.algorithms.ppo_config import PpoConfig
@@ -32,14 +32,14 @@ GROUPS = (
         {**_TABLE_4_4, "root_mse_truth": Measure("m²", "the same against the root of the clip behind the suit's")},
     ),
     Group("The same clips as recorded", "Optical clips, as no row of Table 4.4 was tested.",
-          {RECORDED + key: measure for key, measure in _TABLE_4_4.items()}),
+          {RECORDED_PREFIX + key: measure for key, measure in _TABLE_4_4.items()}),
     Group(
         "By folder",
         "cmu/test is long and varied, bandai/test are short walks, runs and dances.",
         {
             f"{before}{measure}_{source}": Measure("ratio", f"{'as recorded' if before else 'through suits'}, {source}")
             for source in ("cmu", "bandai")
-            for before in ("", RECORDED)
+            for before in ("", RECORDED_PREFIX)
             for measure in ("episode_length_ratio", "sr90")
         },
     ),
@@ -52,7 +52,7 @@ GROUPS = (
 )  # fmt: skip
 
 
-def notes(config: PpoConfig, steps: int, seeds: int, held_out: str, tested: Sequence[UnseenClips]) -> tuple[str, ...]:
+def policy_notes(config: PpoConfig, steps: int, seeds: int, held_out: str, tested: Sequence[UnseenClips]) -> tuple[str, ...]:
     """Return what a reader must know.
 
     Args:
@@ -62,7 +62,7 @@ def notes(config: PpoConfig, steps: int, seeds: int, held_out: str, tested: Sequ
         held_out: Performer who selects models.
         tested: Clips of the tests.
     """
-    windows = sum(len(set(one.rollouts.window.tolist())) for one in tested if one.suited)
+    windows = sum(len(set(one.rollouts.window.tolist())) for one in tested if one.through_suit)
     additions = [f"{key}={value}" for key, value in asdict(config.task).items() if value != getattr(MimicSpec(), key)]
     left_out = sorted({name for one in tested for name in one.too_short})
     return (
@@ -74,7 +74,7 @@ def notes(config: PpoConfig, steps: int, seeds: int, held_out: str, tested: Sequ
         "The task and the rewards are those of the thesis: what the policy sees is what it is rewarded for. In everything that does not "
         f"tell the rows apart, they have the settings of configs/mixed.yaml: networks of {list(config.network.hidden)}, a discount of "
         f"{config.learner.gamma:g}, and beyond the thesis, for all rows alike, {', '.join(additions)}: what learns from few samples.",
-        f"Training clips are {TRAINED_ON}, our own: nobody has the thesis's. Optical are the clips as recorded; IMU are simulated suits' "
+        f"Training clips are {TRAIN_FOLDER}, our own: nobody has the thesis's. Optical are the clips as recorded; IMU are simulated suits' "
         "recordings of the same clips, their roots by Root3D; no real IMU recording is among them. Large are all clips, the others a fixed "
         "half of their minutes. IMU + optical are both recordings of that half, drawn equally often: as many frames as either large set "
         "has, of half as many performances. (The thesis's two parts held different motions, together half as many frames as its large "
@@ -89,16 +89,16 @@ def notes(config: PpoConfig, steps: int, seeds: int, held_out: str, tested: Sequ
     )
 
 
-def plot_courses(courses: Mapping[str, Sequence[Mapping[str, Curve]]]) -> list[Plot]:
+def plot_training_curves(curves: Mapping[str, Sequence[Mapping[str, Curve]]]) -> list[Plot]:
     """Return how each row does on the held-out performer while it learns, the mean over seeds (thesis figures 4.5 and 4.7).
 
     Args:
-        courses: By row, the curves of each seed.
+        curves: By row, the curves of each seed.
     """
     plots = []
     for measure in MEASURES:
         lines = []
-        for row, seeds in courses.items():
+        for row, seeds in curves.items():
             points = [one[f"held_out/{measure}"] for one in seeds]
             values = [sum(at) / len(seeds) for at in zip(*(values for _, values in points), strict=True)]
             lines.append(line([samples / 1e6 for samples in points[0][0]], values, row, COLOURS[row]))

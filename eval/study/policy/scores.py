@@ -7,16 +7,16 @@ import numpy as np
 from envs.mimic.spec import MimicSpec
 from eval.study.policy.test_clips import UnseenClips
 from trainers.data.training_motions import PreparedMotions
-from trainers.evaluation.protocol import Act, play
+from trainers.evaluation.protocol import PolicyFn, evaluate_rollouts
 
 MEASURES = ("episode_length_ratio", "sr90", "root_mse", "max_reward_ratio")  # of Table 4.4
-BY_FOLDER = ("episode_length_ratio", "sr90")
-TRUTH = "root_mse_truth"
-RECORDED = "recorded_"  # before the names of what is measured on clips as recorded; the table's are through suits
+FOLDER_MEASURES = ("episode_length_ratio", "sr90")
+ROOT_MSE_TRUTH = "root_mse_truth"
+RECORDED_PREFIX = "recorded_"  # before the names of what is measured on clips as recorded; the table's are through suits
 Scores = dict[str, float]
 
 
-def score_policy(act: Act, spec: MimicSpec, tested: Sequence[UnseenClips], threads: int) -> Scores:
+def score_policy(act: PolicyFn, spec: MimicSpec, tested: Sequence[UnseenClips], threads: int) -> Scores:
     """Return means over all rollouts and, but for a share, their standard deviation; means over those of each folder.
 
     Args:
@@ -27,18 +27,20 @@ def score_policy(act: Act, spec: MimicSpec, tested: Sequence[UnseenClips], threa
     """
     scores: Scores = {}
     for suited in (True, False):
-        found = {one.source: play(act, one.library, spec, one.rollouts, threads) for one in tested if one.suited == suited}
-        before = "" if suited else RECORDED
-        for name in (*MEASURES, TRUTH) if suited else MEASURES:
+        found = {
+            one.source: evaluate_rollouts(act, one.library, spec, one.rollouts, threads) for one in tested if one.through_suit == suited
+        }
+        before = "" if suited else RECORDED_PREFIX
+        for name in (*MEASURES, ROOT_MSE_TRUTH) if suited else MEASURES:
             values = np.concat([metrics[name] for metrics in found.values()])
             scores[f"{before}{name}"] = float(values.mean())
             if name != "sr90":
                 scores[f"{before}{name}_std"] = float(values.std())
-        scores |= {f"{before}{name}_{source}": float(metrics[name].mean()) for source, metrics in found.items() for name in BY_FOLDER}
+        scores |= {f"{before}{name}_{source}": float(metrics[name].mean()) for source, metrics in found.items() for name in FOLDER_MEASURES}
     return scores
 
 
-def size_of(motions: PreparedMotions) -> Scores:
+def data_size(motions: PreparedMotions) -> Scores:
     """Return how many recordings a training learns from, and how many frames they hold."""
     drawn = [clip for clip, weight in zip(motions.training.clips, motions.weights, strict=True) if weight > 0.0]
     recordings = {clip.name.partition("#")[0] + clip.system for clip in drawn}

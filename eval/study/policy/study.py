@@ -10,15 +10,15 @@ import torch
 from rich.console import Console
 from rich.progress import track
 
-from eval.recordings import FOLDERS, check_recordings
+from eval.recordings import TEST_FOLDERS, check_recordings
 from eval.runs.trained_run import load_run
 from eval.runs.training_curves import read_curves
 from eval.runs.training_pool import train_all
-from eval.runs.training_spec import PPO, Training, effort, run_name
+from eval.runs.training_spec import PPO_PROGRAM, Training, run_name, training_cost
 from eval.study.policy.findings import Finding, configuration_findings, mixture_findings
-from eval.study.policy.page import GROUPS, notes, plot_courses
-from eval.study.policy.scores import Scores, score_policy, size_of
-from eval.study.policy.test_clips import TRAINED_ON, UnseenClips, divide, find_unseen
+from eval.study.policy.page import GROUPS, plot_training_curves, policy_notes
+from eval.study.policy.scores import Scores, data_size, score_policy
+from eval.study.policy.test_clips import TRAIN_FOLDER, UnseenClips, load_unseen_clips, split_half
 from eval.study.policy.variants import CONFIGURATION, MIXTURE, UNTRAINED, Variant
 from eval.study.protocol.page import Study, summarise_seeds
 from trainers.algorithms.ppo_config import PpoConfig
@@ -27,13 +27,13 @@ from trainers.evaluation.protocol import zero_residual
 from trainers.runs.run_log import make_console
 
 CONFIG = "mixed"
-SEEDS = 2
-STEPS = 4_800_000  # control steps of a whole study, the same for each of its trainings: about 35 minutes of one core
-EVALUATIONS = 5  # of each training on its held-out performer
-COMMON = (
+NUM_SEEDS = 2
+TOTAL_CONTROL_STEPS = 4_800_000  # control steps of a whole study, the same for each of its trainings: about 35 minutes of one core
+NUM_EVALUATIONS = 5  # of each training on its held-out performer
+COMMON_OVERRIDES = (
     "minutes=0",  # by samples alone
     "collect.actors=0", "collect.threads=1", "learner.threads=1",  # a core a training
-    "data.rewarded=observed", "data.synthetic=0", "data.mirror=false", "task.foot_slip=0", "task.action_rate=0",  # as in the thesis
+    "data.reward_target=observed", "data.synthetic_sets=0", "data.mirror=false", "task.foot_slip=0", "task.action_rate=0",  # thesis
 )  # fmt: skip
 PolicyRun = Training[PpoConfig]
 Row = dict[str, Any]
@@ -58,31 +58,38 @@ def configuration_study(data: Path, out: Path) -> Study:
 
 
 def _study(name: str, variants: Sequence[Variant], find: Callable[[Sequence[Row]], list[Finding]], data: Path, out: Path) -> Study:
-    check_recordings(data, (TRAINED_ON, *FOLDERS))
+    check_recordings(data, (TRAIN_FOLDER, *TEST_FOLDERS))
     console, out = make_console(), out.resolve()
-    cache, folders = out / "runs" / "cache", {True: (data / TRAINED_ON).resolve(), False: out / "half"}
-    first = _training(variants[0], 0, STEPS, folders[True], "auto", out).resolved()
-    held_out, performers = divide(first.data, folders[False], cache, console.print)
-    steps = STEPS // (SEEDS * len(variants))
+    cache, folders = out / "runs" / "cache", {True: (data / TRAIN_FOLDER).resolve(), False: out / "half"}
+    first = _training(variants[0], 0, TOTAL_CONTROL_STEPS, folders[True], "auto", out).resolve_config()
+    held_out, performers = split_half(first.data, folders[False], cache, console.print)
+    steps = TOTAL_CONTROL_STEPS // (NUM_SEEDS * len(variants))
     runs = {
-        variant.name: [_training(variant, seed, steps, folders[variant.large], held_out, out) for seed in range(SEEDS)]
+        variant.name: [_training(variant, seed, steps, folders[variant.uses_all_clips], held_out, out) for seed in range(NUM_SEEDS)]
         for variant in variants
     }
-    sizes = {row: size_of(prepare_motions(own[0].resolved().data, cache, console.print)) for row, own in runs.items()}
+    sizes = {row: data_size(prepare_motions(own[0].resolve_config().data, cache, console.print)) for row, own in runs.items()}
     train_all([run for own in runs.values() for run in own], console)
-    tested = find_unseen(data, first.data, performers, cache, console.print)
+    tested = load_unseen_clips(data, first.data, performers, cache, console.print)
     rows = _rows(variants, runs, sizes, tested, console)
-    courses = {row: [read_curves(run.folder) for run in own] for row, own in runs.items()}
+    curves = {row: [read_curves(run.folder) for run in own] for row, own in runs.items()}
     table = {"study": name, "rows": rows, "findings": find(rows)}
-    return Study(table, GROUPS, plot_courses(courses), notes(first, steps, SEEDS, held_out, tested))
+    return Study(table, GROUPS, plot_training_curves(curves), policy_notes(first, steps, NUM_SEEDS, held_out, tested))
 
 
 def _training(variant: Variant, seed: int, steps: int, motions: Path, held_out: str, out: Path) -> PolicyRun:
     """Return one run of a row; nothing but the run's own seed tells the seeds apart."""
-    overrides = (*COMMON, *variant.overrides, f"data.motions={motions}", f"data.holdout={held_out}", f"samples={steps}", f"seed={seed}")
-    run = Training(PPO, CONFIG, overrides, run_name(variant.name, seed), out / "runs")
-    collect = run.resolved().collect
-    every = max(1, -(-steps // (collect.envs * collect.horizon) // EVALUATIONS))
+    overrides = (
+        *COMMON_OVERRIDES,
+        *variant.overrides,
+        f"data.motions={motions}",
+        f"data.holdout={held_out}",
+        f"samples={steps}",
+        f"seed={seed}",
+    )
+    run = Training(PPO_PROGRAM, CONFIG, overrides, run_name(variant.name, seed), out / "runs")
+    collect = run.resolve_config().collect
+    every = max(1, -(-steps // (collect.envs * collect.horizon) // NUM_EVALUATIONS))
     return replace(run, overrides=(*overrides, f"evaluate_every={every}", f"checkpoint_every={every}"))
 
 
@@ -101,9 +108,9 @@ def _rows(
         seeds: list[Scores] = []
         for training in runs[variant.name]:
             run = load_run(training.folder)
-            seeds.append(score_policy(run.policy.act, run.spec, tested, threads) | effort(training) | sizes[variant.name])
+            seeds.append(score_policy(run.policy.act, run.spec, tested, threads) | training_cost(training) | sizes[variant.name])
         row = {"name": variant.name, "ours": summarise_seeds(seeds), "published": variant.published}
         rows.append(row | {"config": CONFIG, "overrides": list(runs[variant.name][0].overrides)})
-    spec = runs[variants[0].name][0].resolved().task
+    spec = runs[variants[0].name][0].resolve_config().task
     nothing = score_policy(zero_residual(spec), spec, tested, threads)
     return [*rows, {"name": UNTRAINED, "ours": summarise_seeds([nothing]), "published": {}}]

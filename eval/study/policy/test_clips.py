@@ -6,14 +6,14 @@ from pathlib import Path
 
 from configs.errors import InputError
 from datasets.library.motion_library import ClipInfo, MotionLibrary
-from datasets.library.sources import find_files, unique_names
-from eval.recordings import FOLDERS, TRAINED_ON
+from datasets.library.sources import find_motion_files, unique_names
+from eval.recordings import TEST_FOLDERS, TRAIN_FOLDER
 from trainers.data.motion_config import DataConfig
 from trainers.data.training_motions import PreparedMotions, prepare_motions
-from trainers.evaluation.protocol import Rollouts, protocol
+from trainers.evaluation.protocol import Rollouts, evaluation_rollouts
 
 SUIT = "imu_suit"
-Say = Callable[[str], None]
+Log = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -22,20 +22,20 @@ class UnseenClips:
 
     Attributes:
         source: "cmu" or "bandai".
-        suited: Whether they are seen through simulated suits, else as recorded.
+        through_suit: Whether they are seen through simulated suits, else as recorded.
         library: The clips.
         rollouts: Of the protocol.
         too_short: Names of the clips that the protocol leaves out.
     """
 
     source: str
-    suited: bool
+    through_suit: bool
     library: MotionLibrary
     rollouts: Rollouts
     too_short: tuple[str, ...]
 
 
-def half_of(clips: Iterable[ClipInfo]) -> set[str]:
+def choose_half(clips: Iterable[ClipInfo]) -> set[str]:
     """Return the names of about half of the frames of all performers: in turns, by performer and name.
 
     Args:
@@ -55,16 +55,16 @@ def half_of(clips: Iterable[ClipInfo]) -> set[str]:
     return names
 
 
-def divide(config: DataConfig, folder: Path, cache: Path, say: Say) -> tuple[str, set[str]]:
+def split_half(config: DataConfig, folder: Path, cache: Path, log: Log) -> tuple[str, set[str]]:
     """Leave half of the training clips in a folder of their own; return the performer who is held out, and all performers.
 
     Args:
         config: Of the trainings with all clips.
         folder: Of the half.
         cache: Folder of prepared motion.
-        say: Told in a line what happens.
+        log: Told in a line what happens.
     """
-    whole = prepare_motions(config, cache, say)
+    whole = prepare_motions(config, cache, log)
     link_half(whole, Path(config.motions), folder)
     return whole.held_out, {clip.performer for clip in (*whole.training.clips, *whole.holdout.clips)}
 
@@ -77,9 +77,9 @@ def link_half(whole: PreparedMotions, source: Path, folder: Path) -> None:
         source: Folder of recordings.
         folder: Of the links.
     """
-    wanted = half_of(clip for clip in whole.training.clips if clip.system != SUIT)
+    wanted = choose_half(clip for clip in whole.training.clips if clip.system != SUIT)
     wanted |= {clip.name.partition("#")[0] for clip in whole.holdout.clips}
-    files = find_files(source)
+    files = find_motion_files(source)
     folder.mkdir(parents=True, exist_ok=True)
     for old in folder.iterdir():
         old.unlink()
@@ -88,7 +88,7 @@ def link_half(whole: PreparedMotions, source: Path, folder: Path) -> None:
             (folder / f"{name.replace('/', '_')}{file.suffix}").symlink_to(file.resolve())
 
 
-def find_unseen(data: Path, config: DataConfig, performers: set[str], cache: Path, say: Say) -> list[UnseenClips]:
+def load_unseen_clips(data: Path, config: DataConfig, performers: set[str], cache: Path, log: Log) -> list[UnseenClips]:
     """Return the clips of the test folders whose performers are in no training set, through simulated suits and as recorded.
 
     Args:
@@ -96,21 +96,21 @@ def find_unseen(data: Path, config: DataConfig, performers: set[str], cache: Pat
         config: Of the trainings, whose suits and roots these are.
         performers: Of all training clips.
         cache: Folder of prepared motion.
-        say: Told in a line what happens.
+        log: Told in a line what happens.
 
     Raises:
         InputError: If a folder holds no clip of an unseen performer that is long enough.
     """
     found = []
-    for folder in FOLDERS:
+    for folder in TEST_FOLDERS:
         tested = replace(config, motions=str((data / folder).resolve()), holdout="none")
-        library = prepare_motions(tested, cache, say).training
+        library = prepare_motions(tested, cache, log).training
         for suited in (True, False):
             wanted = [clip.performer not in performers and (clip.system == SUIT) == suited for clip in library.clips]
             if not any(wanted):
-                raise InputError(f"{data / folder} holds no clip of a performer who is not in {TRAINED_ON} too")
+                raise InputError(f"{data / folder} holds no clip of a performer who is not in {TRAIN_FOLDER} too")
             chosen = library.select(wanted)
-            rollouts, too_short = protocol(chosen)
+            rollouts, too_short = evaluation_rollouts(chosen)
             if not len(rollouts.clip):
                 raise InputError(f"{data / folder} holds no clip that is long enough for the protocol")
             found.append(UnseenClips(Path(folder).parent.name, suited, chosen, rollouts, tuple(too_short)))

@@ -14,13 +14,13 @@ class Variant:
 
     Attributes:
         name: Of the row.
-        large: Whether it learns from all clips; else from half of them.
+        uses_all_clips: Whether it learns from all clips; else from half of them.
         overrides: Of the config, that tell it from the other rows.
         published: Its row of Table 4.4.
     """
 
     name: str
-    large: bool
+    uses_all_clips: bool
     overrides: tuple[str, ...]
     published: dict[str, float]
 

@@ -66,10 +66,10 @@ class Study:
 def summarise_seeds(seeds: Sequence[Mapping[str, float]]) -> dict[str, Summary]:
     """Return mean and standard deviation over seeds of each measure that all of them have."""
     shared = [key for key in seeds[0] if all(key in one for one in seeds)]
-    return {key: summary([one[key] for one in seeds]) for key in shared}
+    return {key: mean_and_std([one[key] for one in seeds]) for key in shared}
 
 
-def summary(values: Sequence[float]) -> Summary:
+def mean_and_std(values: Sequence[float]) -> Summary:
     """Return mean, standard deviation and how many values there are."""
     mean = sum(values) / len(values)
     return {"mean": float(mean), "std": float((sum((x - mean) ** 2 for x in values) / len(values)) ** 0.5), "seeds": len(values)}
@@ -82,7 +82,7 @@ def study_page(study: Study) -> str:
         sections.setdefault(plot.section, []).append(plot)
     return render_page(
         "study/protocol/study.html.j2",
-        {"brief": brief},
+        {"brief": format_three_digits},
         study=study.table,
         groups=[(group, _rows_of(group, study)) for group in _groups(study)],
         sections=sections,
@@ -111,7 +111,7 @@ def study_text(table: Mapping[str, Any], measures: Collection[str] = (), rows: t
     return "\n".join(lines)
 
 
-def brief(value: float | None) -> str:
+def format_three_digits(value: float | None) -> str:
     """Return a number with three significant digits and a true minus; thousands in full."""
     if value is None or value == 0.0:
         return number(value, 0)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 Finding = dict[str, Any]
-Found = Iterator[tuple[str, bool]]
+Claims = Iterator[tuple[str, bool]]
 
 
 class ComparedRows:
@@ -31,7 +31,7 @@ class ComparedRows:
         """Return whether there is such a row."""
         return name in self._ours
 
-    def has(self, name: str, measure: str) -> bool:
+    def has_measure(self, name: str, measure: str) -> bool:
         """Return whether a row has a measure."""
         return measure in self._ours[name]
 
@@ -47,13 +47,13 @@ class ComparedRows:
         """Return the row that is worst by its mean."""
         return min(names, key=lambda name: self._sign(measure) * self.mean(name, measure))
 
-    def better(self, name: str, other: str, measure: str, claim: str) -> tuple[str, bool]:
+    def claim_better(self, name: str, other: str, measure: str, claim: str) -> tuple[str, bool]:
         """Return a claim with the numbers behind it, and whether one row is better than another."""
         lead, spread = self._compared(name, other, measure)
         verdict = "so it is" if lead > spread else "it is the other way round" if -lead > spread else "undecided, closer than seeds are"
         return f"{claim}: {self._numbers(name, other, measure)}: {verdict}", lead > spread
 
-    def alike(self, name: str, other: str, measure: str, claim: str) -> tuple[str, bool]:
+    def claim_alike(self, name: str, other: str, measure: str, claim: str) -> tuple[str, bool]:
         """Return a claim that two rows do not differ, with the numbers behind it, and whether it holds."""
         lead, spread = self._compared(name, other, measure)
         verdict = "closer than seeds are" if abs(lead) <= spread else f"{name if lead > 0 else other} is better"
@@ -71,6 +71,6 @@ class ComparedRows:
         return f"{measure} {self.text(name, measure)} ({name}) against {self.text(other, measure)} ({other})"
 
 
-def findings(found: Iterable[tuple[str, bool]]) -> list[Finding]:
+def as_findings(found: Iterable[tuple[str, bool]]) -> list[Finding]:
     """Return claims and whether they hold as a study's JSON has them."""
     return [{"finding": text, "reproduced": bool(reproduced)} for text, reproduced in found]

@@ -6,21 +6,21 @@ from typing import NamedTuple
 import numpy as np
 
 from agents.root.model import RootModel
-from agents.root.path import FULL_ORDER, root_path
-from agents.root.reconstruct import filtered_path
-from agents.weights.pretrained import WEIGHTS
+from agents.root.path import FULL_ORDER, predict_root_path
+from agents.root.reconstruct import filter_path
+from agents.weights.pretrained import WEIGHTS_FOLDER
 from datasets.imu.root_features import root_frames
-from eval.metrics.root_path import distance_ratio, drift, e_mse, motionless
-from eval.recordings import IMU, OPTICAL
+from eval.metrics.root_path import distance_ratio, drift, e_mse, stationary_path
+from eval.recordings import IMU_POSES, OPTICAL_POSES
 from eval.study.root.scores import Paths, Scores, score, trajectory_errors
-from eval.study.root.test_takes import Take, Takes
+from eval.study.root.test_takes import EvaluationTake, TakesByPose
 from eval.study.root.variants import MOTIONLESS, OWN_ROOT, WALK_CONTACTS, WALK_OWN_ROOT
-from eval.study.suit.vicon_walk import RealWalk, contact_root, turned_onto
+from eval.study.suit.vicon_walk import RealWalk, align_heading, track_root_by_contacts
 
-FILTERED = ("e_mse", "drift", "distance_ratio", "stairs_error")  # measured after the filters as well
+FILTERED_MEASURES = ("e_mse", "drift", "distance_ratio", "stairs_error")  # measured after the filters as well
 
 
-class Examined(NamedTuple):
+class ModelEvaluation(NamedTuple):
     """What was measured of one model.
 
     Attributes:
@@ -34,7 +34,7 @@ class Examined(NamedTuple):
     paths: Paths
 
 
-def examine(model: RootModel, poses: str, takes: Takes, walk: RealWalk) -> Examined:
+def evaluate_model(model: RootModel, poses: str, takes: TakesByPose, walk: RealWalk) -> ModelEvaluation:
     """Return everything that is measured of a model.
 
     Args:
@@ -44,56 +44,56 @@ def examine(model: RootModel, poses: str, takes: Takes, walk: RealWalk) -> Exami
         walk: The real one.
     """
     tested = takes[poses]
-    paths = paths_of(model, tested)
+    paths = predict_paths(model, tested)
     found = score(tested, paths, model.spec.vertical == "height")
-    if model.spec.steps_ahead:
+    if model.spec.predicts_steps_ahead:
         found |= _filtered(model, tested, paths)
         if model.spec.accelerations:
             found |= _orders(model, tested)
-        if poses == IMU:
+        if poses == IMU_POSES:
             found |= _walk_of(model, walk)
-        return Examined(poses, found, paths)
+        return ModelEvaluation(poses, found, paths)
     found = {name: value for name, value in found.items() if not name.startswith("stairs_")}  # planar models know level ground alone
-    if poses == OPTICAL:
-        found["e_mse_on_imu_poses"] = float(trajectory_errors(takes[IMU], paths_of(model, takes[IMU])).mean())
-    return Examined(poses, found, paths)
+    if poses == OPTICAL_POSES:
+        found["e_mse_on_imu_poses"] = float(trajectory_errors(takes[IMU_POSES], predict_paths(model, takes[IMU_POSES])).mean())
+    return ModelEvaluation(poses, found, paths)
 
 
-def paths_of(model: RootModel, takes: Iterable[Take], order: int = FULL_ORDER) -> list[np.ndarray]:
+def predict_paths(model: RootModel, takes: Iterable[EvaluationTake], order: int = FULL_ORDER) -> list[np.ndarray]:
     """Return the path (N, 3) [m] that a model reads from each take; all begin where the truth begins."""
-    return [root_path(model, take.frames, take.truth.root_position[0], order) for take in takes]
+    return [predict_root_path(model, take.frames, take.truth.root_position[0], order) for take in takes]
 
 
-def peers(takes: Takes, walk: RealWalk) -> dict[str, Examined]:
+def evaluate_baselines(takes: TakesByPose, walk: RealWalk) -> dict[str, ModelEvaluation]:
     """Return what is measured of a root that never moves, of the simulated suit's own, and of the models in the package."""
-    still = [motionless(take.truth.root_position) for take in takes[OPTICAL]]
-    own = [take.seen.root_position for take in takes[IMU]]
+    still = [stationary_path(take.truth.root_position) for take in takes[OPTICAL_POSES]]
+    own = [take.observed.root_position for take in takes[IMU_POSES]]
     found = {
-        MOTIONLESS: Examined(OPTICAL, score(takes[OPTICAL], still, False), still),
-        OWN_ROOT: Examined(IMU, score(takes[IMU], own, False), own),
+        MOTIONLESS: ModelEvaluation(OPTICAL_POSES, score(takes[OPTICAL_POSES], still, False), still),
+        OWN_ROOT: ModelEvaluation(IMU_POSES, score(takes[IMU_POSES], own, False), own),
     }
     shipped = {"planar": "planar model, {} poses", "root3d": "Root3D, {} poses and accelerations", "root3d_pose": "Root3D, {} poses alone"}
     for file, name in shipped.items():
-        model, card = RootModel.load(WEIGHTS / f"{file}.safetensors")
-        for poses in (OPTICAL, IMU):
-            one = examine(model, poses, takes, walk)
+        model, card = RootModel.load(WEIGHTS_FOLDER / f"{file}.safetensors")
+        for poses in (OPTICAL_POSES, IMU_POSES):
+            one = evaluate_model(model, poses, takes, walk)
             one.scores.update(samples=float(card["windows"]), minutes=60.0 * card["hours"])
-            found["as shipped: " + name.format("IMU" if poses == IMU else poses)] = one
+            found["as shipped: " + name.format("IMU" if poses == IMU_POSES else poses)] = one
     return found
 
 
-def walk_peers(walk: RealWalk) -> dict[str, Scores]:
+def evaluate_walk_baselines(walk: RealWalk) -> dict[str, Scores]:
     """Return the same measures of the real walk for what needs no model."""
     return {
-        "the real walk, motionless": walk_scores(motionless(walk.truth), walk.truth),
-        WALK_OWN_ROOT: walk_scores(walk.motion.root_position, walk.truth),
-        WALK_CONTACTS: walk_scores(contact_root(walk), walk.truth),
+        "the real walk, motionless": score_walk(stationary_path(walk.truth), walk.truth),
+        WALK_OWN_ROOT: score_walk(walk.motion.root_position, walk.truth),
+        WALK_CONTACTS: score_walk(track_root_by_contacts(walk), walk.truth),
     }
 
 
-def walk_scores(path: np.ndarray, truth: np.ndarray, suffix: str = "") -> Scores:
+def score_walk(path: np.ndarray, truth: np.ndarray, suffix: str = "") -> Scores:
     """Return drift and e_mse of a path of the real walk: as its pelvis faces, and turned onto the truth."""
-    turned = turned_onto(path, truth)
+    turned = align_heading(path, truth)
     return {
         f"walk_drift{suffix}": drift(path, truth),
         f"walk_drift_turned{suffix}": drift(turned, truth),
@@ -105,23 +105,23 @@ def walk_scores(path: np.ndarray, truth: np.ndarray, suffix: str = "") -> Scores
 
 def _walk_of(model: RootModel, walk: RealWalk) -> Scores:
     frames = root_frames(walk.motion, walk.accelerations)
-    path = root_path(model, frames, walk.truth[0])
-    held = filtered_path(path, walk.motion, frames if model.spec.accelerations else None)
-    return walk_scores(path, walk.truth) | walk_scores(held, walk.truth, "_filtered")
+    path = predict_root_path(model, frames, walk.truth[0])
+    held = filter_path(path, walk.motion, frames if model.spec.accelerations else None)
+    return score_walk(path, walk.truth) | score_walk(held, walk.truth, "_filtered")
 
 
-def _filtered(model: RootModel, takes: list[Take], paths: Paths) -> Scores:
+def _filtered(model: RootModel, takes: list[EvaluationTake], paths: Paths) -> Scores:
     held = [
-        filtered_path(path, take.seen, take.frames if model.spec.accelerations else None) for take, path in zip(takes, paths, strict=True)
+        filter_path(path, take.observed, take.frames if model.spec.accelerations else None) for take, path in zip(takes, paths, strict=True)
     ]
     found = score(takes, held, absolute_height=False)
-    return {f"{name}_filtered": found[name] for name in FILTERED if name in found}
+    return {f"{name}_filtered": found[name] for name in FILTERED_MEASURES if name in found}
 
 
-def _orders(model: RootModel, takes: list[Take]) -> Scores:
+def _orders(model: RootModel, takes: list[EvaluationTake]) -> Scores:
     """Return mean and standard deviation of e_mse over windows for every order w of F_w (thesis figure 3.2)."""
     found: Scores = {}
     for order in range(FULL_ORDER + 1):
-        errors = trajectory_errors(takes, paths_of(model, takes, order))
+        errors = trajectory_errors(takes, predict_paths(model, takes, order))
         found |= {f"e_mse_w{order}": float(errors.mean()), f"e_mse_std_w{order}": float(errors.std())}
     return found

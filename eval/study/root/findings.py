@@ -12,12 +12,12 @@ from eval.study.root.variants import (
     CNN_RWI,
     DISPLACEMENT,
     MOTIONLESS,
+    PRETRAINED_IMU,
+    PRETRAINED_OPTICAL,
     ROOT3D_ALONE,
     ROOT3D_IMU,
     ROOT3D_OPTICAL,
     ROOT_TARGET,
-    SHIPPED_IMU,
-    SHIPPED_OPTICAL,
     UNET,
     UNET_IMU,
     UNET_RWI,
@@ -25,8 +25,8 @@ from eval.study.root.variants import (
     WALK_OWN_ROOT,
 )
 
-CENTRED = 5.0  # least standard deviation over mean error: all of Table 2.1 reaches it
-A_FEW_CENTIMETRES = 5.0  # cm
+MIN_SPREAD_OVER_MEAN = 5.0  # least standard deviation over mean error: all of Table 2.1 reaches it
+MAX_STAIRS_ERROR_CM = 5.0  # cm
 Finding = dict[str, Any]
 
 
@@ -58,17 +58,17 @@ class _Rows:
         return [key.removeprefix("drift_of_") for key in self._ours[name] if key.startswith("drift_of_")]
 
 
-def find(rows: list[dict[str, Any]]) -> list[Finding]:
+def root_findings(rows: list[dict[str, Any]]) -> list[Finding]:
     """Return each finding with the numbers that decide it."""
     ask = _Rows(rows)
     parts = (_networks, _targets, _heights, _data, _poses, _accelerations, _orders, _errors, _performers, _marks, _real_walk)
     return [{"finding": text, "reproduced": bool(reproduced)} for part in parts for text, reproduced in part(ask)]
 
 
-Found = Iterator[tuple[str, bool]]
+Claims = Iterator[tuple[str, bool]]
 
 
-def _networks(ask: _Rows) -> Found:
+def _networks(ask: _Rows) -> Claims:
     for unet, cnn, what in ((UNET, CNN, "all motion"), (UNET_RWI, CNN_RWI, "run-walk-idle")):
         better = all(ask.less(unet, cnn, f"sigma_{axis}") for axis in "fl")
         numbers = " and ".join(f"{ask(unet, f'sigma_{axis}'):.3f} against {ask(cnn, f'sigma_{axis}'):.3f}" for axis in "fl")
@@ -80,7 +80,7 @@ def _networks(ask: _Rows) -> Found:
         )
 
 
-def _targets(ask: _Rows) -> Found:
+def _targets(ask: _Rows) -> Claims:
     yield (
         "the centre of mass is a better target than the root once both are integrated: "
         f"{ask.text(UNET, 'end_error', 1)} against {ask.text(ROOT_TARGET, 'end_error', 1)} cm off in the plane at the end of 10 s "
@@ -89,7 +89,7 @@ def _targets(ask: _Rows) -> Found:
     )
 
 
-def _heights(ask: _Rows) -> Found:
+def _heights(ask: _Rows) -> Claims:
     absolute, added = ([ask(name, f"height_error_{half}_half") for half in ("first", "second")] for name in (UNET, DISPLACEMENT))
     yield (
         "an absolute height does not drift, added-up displacements do: error of the height in the first and the second half of long clips "
@@ -105,7 +105,7 @@ def _heights(ask: _Rows) -> Found:
     )
 
 
-def _data(ask: _Rows) -> Found:
+def _data(ask: _Rows) -> Claims:
     for what, better, worse, sentence in (
         ("gaits", UNET_RWI, UNET, "specialised on run, walk and idle, a U-Net is a little better at running and walking"),
         ("dances", UNET, UNET_RWI, "trained on all motion, it is better at dances, which the specialised one never saw"),
@@ -118,7 +118,7 @@ def _data(ask: _Rows) -> Found:
     )
 
 
-def _poses(ask: _Rows) -> Found:
+def _poses(ask: _Rows) -> Claims:
     seen, worse = ask(UNET, "e_mse"), ask(UNET, "e_mse_on_imu_poses")
     yield f"a planar model of optical poses is worse on those of suits: e_mse {seen:.4f} against {worse:.4f} m²", seen < worse
     learnt = ask(UNET_IMU, "e_mse")
@@ -131,7 +131,7 @@ def _poses(ask: _Rows) -> Found:
     )
 
 
-def _accelerations(ask: _Rows) -> Found:
+def _accelerations(ask: _Rows) -> Claims:
     yield (
         "without accelerations trajectories from a suit's poses become clearly worse, by at least a half: e_mse "
         f"{ask.text(ROOT3D_ALONE, 'e_mse', 4)} against {ask.text(ROOT3D_IMU, 'e_mse', 4)} m²",
@@ -144,7 +144,7 @@ def _accelerations(ask: _Rows) -> Found:
     )
 
 
-def _orders(ask: _Rows) -> Found:
+def _orders(ask: _Rows) -> Claims:
     for name in (ROOT3D_OPTICAL, ROOT3D_IMU):
         errors = [ask(name, f"e_mse_w{order}") for order in range(FULL_ORDER + 1)]
         numbers = " ".join(f"{error:.5f}" for error in errors)
@@ -153,17 +153,17 @@ def _orders(ask: _Rows) -> Found:
         yield f"{name}: its spread over windows falls too: {first:.5f} to {last:.5f} m²", last < first
 
 
-def _errors(ask: _Rows) -> Found:
+def _errors(ask: _Rows) -> Claims:
     for name in (UNET, ROOT3D_OPTICAL, ROOT3D_IMU):
         ratios = {axis: ask(name, f"sigma_{axis}") / abs(ask(name, f"mu_{axis}")) for axis in AXES}
         numbers = ", ".join(f"{ratio:.0f} {what}" for ratio, what in zip(ratios.values(), ("forward", "lateral", "vertical"), strict=True))
         yield (
-            f"{name}: errors per frame are centred, their spread at least {CENTRED:.0f} times their mean: {numbers}",
-            min(ratios.values()) >= CENTRED,
+            f"{name}: errors per frame are centred, their spread at least {MIN_SPREAD_OVER_MEAN:.0f} times their mean: {numbers}",
+            min(ratios.values()) >= MIN_SPREAD_OVER_MEAN,
         )
 
 
-def _performers(ask: _Rows) -> Found:
+def _performers(ask: _Rows) -> Claims:
     for name in (ROOT3D_OPTICAL, ROOT3D_IMU):
         people = ask.performers(name)
         rises = [ask(name, f"rise_of_{person}") for person in people]
@@ -179,12 +179,12 @@ def _performers(ask: _Rows) -> Found:
         )
 
 
-def _marks(ask: _Rows) -> Found:
+def _marks(ask: _Rows) -> Claims:
     for name, thesis, measure, what in (
         (ROOT3D_OPTICAL, ROOT3D_OPTICAL, "e_mse", ""),
         (ROOT3D_IMU, ROOT3D_IMU, "e_mse", ""),
-        (SHIPPED_OPTICAL, ROOT3D_OPTICAL, "e_mse_filtered", ", after its filters"),
-        (SHIPPED_IMU, ROOT3D_IMU, "e_mse_filtered", ", after its filters"),
+        (PRETRAINED_OPTICAL, ROOT3D_OPTICAL, "e_mse_filtered", ", after its filters"),
+        (PRETRAINED_IMU, ROOT3D_IMU, "e_mse_filtered", ", after its filters"),
     ):
         mark = ask.published[thesis]["e_mse"]
         yield (
@@ -195,12 +195,12 @@ def _marks(ask: _Rows) -> Found:
         yield (
             f"{name}: stairs are followed within a few centimetres: {ask.text(name, 'stairs_error', 1)} cm off at their end, "
             f"{ask(name, 'stairs_ratio'):.2f} of the true height",
-            ask(name, "stairs_error") <= A_FEW_CENTIMETRES,
+            ask(name, "stairs_error") <= MAX_STAIRS_ERROR_CM,
         )
 
 
-def _real_walk(ask: _Rows) -> Found:
-    for name, filtered, how in ((ROOT3D_IMU, "", ""), (SHIPPED_IMU, "_filtered", ", after its filters,")):
+def _real_walk(ask: _Rows) -> Claims:
+    for name, filtered, how in ((ROOT3D_IMU, "", ""), (PRETRAINED_IMU, "_filtered", ", after its filters,")):
         for measure, what, unit, factor, decimals in (
             ("walk_drift", "ends nearer to the truth", "% of the way", 100.0, 1),
             ("walk_e_mse", "stays nearer to the truth (e_mse)", "m²", 1.0, 4),

@@ -1,7 +1,7 @@
 """How the root study's page reads: its groups of measures, and what a reader must know."""
 
 from eval.study.protocol.page import Group, Measure
-from eval.study.root.scores import METRES
+from eval.study.root.scores import TRAVEL_DISTANCES_M
 
 _TRAJECTORIES = {
     "samples": Measure("windows", "that a training saw"),
@@ -65,7 +65,7 @@ GROUPS = (
     Group(
         "Error after so many metres",
         "Distance between estimate and truth once the truth has gone so far from any frame on.",
-        {f"error_after_{metres}m": Measure("m", "") for metres in METRES},
+        {f"error_after_{metres}m": Measure("m", "") for metres in TRAVEL_DISTANCES_M},
     ),
     Group("Heights", "Mean distance between estimated and true height.", _HEIGHTS),
     Group(

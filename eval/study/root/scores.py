@@ -4,22 +4,22 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from datasets.imu.root_features import RATE
-from eval.metrics.root_path import distance_ratio, drift, e_mse, end_error, error_after, frame_errors, travelling_windows
-from eval.study.root.test_takes import Take
+from datasets.imu.root_features import ROOT_RATE_HZ
+from eval.metrics.root_path import displacement_errors, distance_ratio, drift, e_mse, end_error, error_after_travel, travelling_windows
+from eval.study.root.test_takes import EvaluationTake
 
-METRES = range(1, 8)  # travelled by the truth
+TRAVEL_DISTANCES_M = range(1, 8)  # travelled by the truth
 GAITS = ("walk", "run", "jog", "dash")  # kinds of clips
 DANCES = ("salsa", "dance", "indian")
-SLOWED = "cmu_05_01_mh165"  # filed as 25 fps, recorded with 120: plays 4.8 times too slowly
-LONG = 10.0  # s, of clips in which a height has time to drift
+SLOWED_CLIP = "cmu_05_01_mh165"  # filed as 25 fps, recorded with 120: plays 4.8 times too slowly
+MIN_LONG_CLIP_S = 10.0  # s, of clips in which a height has time to drift
 AXES = "flv"  # forward, lateral, vertical
 
 Scores = dict[str, float]
 Paths = Sequence[np.ndarray]  # one (N, 3) [m] of each take
 
 
-def score(takes: Sequence[Take], paths: Paths, absolute_height: bool) -> Scores:
+def score(takes: Sequence[EvaluationTake], paths: Paths, absolute_height: bool) -> Scores:
     """Return every measure that the takes have something for.
 
     Args:
@@ -28,49 +28,51 @@ def score(takes: Sequence[Take], paths: Paths, absolute_height: bool) -> Scores:
         absolute_height: Whether the paths' heights are predicted rather than added up.
     """
     both = list(zip(takes, paths, strict=True))
-    recorded = [(take, path) for take, path in both if take.recorded]
+    recorded = [(take, path) for take, path in both if take.is_recorded]
     found = _trajectories(recorded) | _frames(recorded, absolute_height) | _heights(recorded)
-    for metres in METRES:
-        errors = [error_after(path, take.truth.root_position, metres) for take, path in recorded]
+    for metres in TRAVEL_DISTANCES_M:
+        errors = [error_after_travel(path, take.truth.root_position, metres) for take, path in recorded]
         found[f"error_after_{metres}m"] = _mean([error for error in errors if not np.isnan(error)])
-    found |= _performers(recorded) | _stairs([(take, path) for take, path in both if take.climbs])
+    found |= _performers(recorded) | _stairs([(take, path) for take, path in both if take.is_on_stairs])
     return {name: value for name, value in found.items() if not np.isnan(value)}
 
 
-def trajectory_errors(takes: Sequence[Take], paths: Paths, wanted: Callable[[Take], bool] = lambda _: True) -> np.ndarray:
+def trajectory_errors(
+    takes: Sequence[EvaluationTake], paths: Paths, wanted: Callable[[EvaluationTake], bool] = lambda _: True
+) -> np.ndarray:
     """Return e_mse [m^2] of all 10 s windows in which the root of a recorded take travels."""
-    both = [(take, path) for take, path in zip(takes, paths, strict=True) if take.recorded and wanted(take)]
+    both = [(take, path) for take, path in zip(takes, paths, strict=True) if take.is_recorded and wanted(take)]
     return np.array(_windowed(both, e_mse))
 
 
-def error_table(takes: Sequence[Take], paths: Paths, absolute_height: bool) -> np.ndarray:
+def error_table(takes: Sequence[EvaluationTake], paths: Paths, absolute_height: bool) -> np.ndarray:
     """Return the errors of all frames of recorded takes forward, left and up [cm per frame], an absolute height's in cm; (frames, 3)."""
     errors = [
-        frame_errors(path, take.truth.root_position, take.heading, absolute_height)
+        displacement_errors(path, take.truth.root_position, take.heading, absolute_height)
         for take, path in zip(takes, paths, strict=True)
-        if take.recorded
+        if take.is_recorded
     ]
     return 100.0 * np.concat(errors)
 
 
-Both = list[tuple[Take, np.ndarray]]
+TakePaths = list[tuple[EvaluationTake, np.ndarray]]
 
 
-def _windowed(both: Both, measure: Callable[[np.ndarray, np.ndarray], float]) -> list[float]:
+def _windowed(both: TakePaths, measure: Callable[[np.ndarray, np.ndarray], float]) -> list[float]:
     """Return a measure of path and truth in every window in which the truth travels."""
     return [
         measure(path[part], take.truth.root_position[part])
         for take, path in both
-        for part in travelling_windows(take.truth.root_position, RATE)
+        for part in travelling_windows(take.truth.root_position, ROOT_RATE_HZ)
     ]
 
 
-def _trajectories(both: Both) -> Scores:
+def _trajectories(both: TakePaths) -> Scores:
     errors = np.array(_windowed(both, e_mse))
-    some: dict[str, Callable[[Take], bool]] = {
+    some: dict[str, Callable[[EvaluationTake], bool]] = {
         "cmu": lambda take: take.truth.name.startswith("cmu"),
         "bandai": lambda take: take.truth.name.startswith("bnr"),
-        "without_slowed": lambda take: take.truth.name != SLOWED,
+        "without_slowed": lambda take: take.truth.name != SLOWED_CLIP,
         "gaits": lambda take: take.truth.kind in GAITS,
         "dances": lambda take: take.truth.kind in DANCES,
     }
@@ -82,7 +84,7 @@ def _trajectories(both: Both) -> Scores:
         found[f"end_error_{name}"] = 100.0 * _mean(_windowed(chosen, _horizontal))
     found["end_error"] = 100.0 * _mean(_windowed(both, _horizontal))
     found["drift"] = _mean(_windowed(both, drift))
-    found["distance_ratio"] = _mean(_windowed(both, lambda path, truth: distance_ratio(path, truth, RATE)))
+    found["distance_ratio"] = _mean(_windowed(both, lambda path, truth: distance_ratio(path, truth, ROOT_RATE_HZ)))
     return found
 
 
@@ -90,7 +92,7 @@ def _horizontal(path: np.ndarray, truth: np.ndarray) -> float:
     return end_error(path, truth, axes=2)
 
 
-def _frames(both: Both, absolute_height: bool) -> Scores:
+def _frames(both: TakePaths, absolute_height: bool) -> Scores:
     """Return mean and standard deviation of each frame's error by axis (thesis Table 2.1)."""
     if not both:
         return {}
@@ -101,10 +103,10 @@ def _frames(both: Both, absolute_height: bool) -> Scores:
     }
 
 
-def _heights(both: Both) -> Scores:
+def _heights(both: TakePaths) -> Scores:
     """Return errors of the height [cm]: in both halves of long clips, and of clips with jumps in the air and on the ground."""
     errors = [(take, 100.0 * np.abs(path[:, 2] - take.truth.root_position[:, 2])) for take, path in both]
-    halves = [np.array_split(error, 2) for take, error in errors if take.truth.seconds >= LONG]
+    halves = [np.array_split(error, 2) for take, error in errors if take.truth.seconds >= MIN_LONG_CLIP_S]
     jumps = [(take, error) for take, error in errors if take.truth.kind == "jump"]
     return {
         "height_error_first_half": _mean([half.mean() for half, _ in halves]),
@@ -114,7 +116,7 @@ def _heights(both: Both) -> Scores:
     }
 
 
-def _performers(both: Both) -> Scores:
+def _performers(both: TakePaths) -> Scores:
     """Return drift [ratio] and the mean vertical error [cm/s] of each performer."""
     found: Scores = {}
     for performer in sorted({take.truth.performer for take, _ in both}):
@@ -125,7 +127,7 @@ def _performers(both: Both) -> Scores:
     return found
 
 
-def _stairs(both: Both) -> Scores:
+def _stairs(both: TakePaths) -> Scores:
     """Return how wrong the height [cm] is at the end of stairs, and the height gained or lost over the true one [ratio]."""
     truths = [take.truth.root_position for take, _ in both]
     errors = [_gained(path, truth) for (_, path), truth in zip(both, truths, strict=True)]

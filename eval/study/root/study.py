@@ -9,27 +9,27 @@ from rich.console import Console
 from rich.progress import track
 
 from agents.root.model import RootModel
-from eval.recordings import FOLDERS, REAL_CLIPS, TRAINED_ON, WALK, check_recordings
+from eval.recordings import IMU_SUIT_CLIPS, SENSOR_WALK_FOLDER, TEST_FOLDERS, TRAIN_FOLDER, check_recordings
 from eval.runs.training_pool import train_all
-from eval.runs.training_spec import SUPERVISED, Training, effort, run_name
+from eval.runs.training_spec import ROOT_PROGRAM, Training, run_name, training_cost
 from eval.study.protocol.page import Study, summarise_seeds
-from eval.study.root.evaluate import Examined, examine, peers, walk_peers
-from eval.study.root.findings import find
+from eval.study.root.evaluate import ModelEvaluation, evaluate_baselines, evaluate_model, evaluate_walk_baselines
+from eval.study.root.findings import root_findings
 from eval.study.root.page import GROUPS, NOTES
 from eval.study.root.plots import plot_all
 from eval.study.root.scores import Scores
-from eval.study.root.test_takes import Takes, unseen_clips, wear_suits
-from eval.study.root.variants import MODELS, Model
+from eval.study.root.test_takes import TakesByPose, load_unseen_clips, simulate_takes
+from eval.study.root.variants import VARIANTS, Variant
 from eval.study.suit.acceleration_check import MVNX, compare_accelerations
-from eval.study.suit.vicon_walk import RealWalk, real_walk
+from eval.study.suit.vicon_walk import RealWalk, load_real_walk
 from trainers.runs.run_log import make_console
 from trainers.supervised.root_config import RootConfig
 from trainers.supervised.root_data import prepare_root_data
 
-SEEDS = 3
-SAMPLES = {"planar": 150_000, "root3d": 2_500_000}  # windows of each training: about 100 s of a core
-PREPARED = ("data.synthetic=4", "data.takes=4")  # what takes minutes to prepare rather than a quarter of an hour
-EVALUATIONS = 2  # of each training on its held-out performer
+NUM_SEEDS = 3
+TRAINING_WINDOWS = {"planar": 150_000, "root3d": 2_500_000}  # windows of each training: about 100 s of a core
+PREPARED = ("data.synthetic_sets=4", "data.suit_takes=4")  # what takes minutes to prepare rather than a quarter of an hour
+NUM_EVALUATIONS = 2  # of each training on its held-out performer
 Row = dict[str, Any]
 
 
@@ -43,30 +43,30 @@ def root_study(data: Path, out: Path) -> Study:
     Raises:
         InputError: If a recording is not there.
     """
-    check_recordings(data, (TRAINED_ON, *FOLDERS, MVNX, WALK, REAL_CLIPS[-1]))
+    check_recordings(data, (TRAIN_FOLDER, *TEST_FOLDERS, MVNX, SENSOR_WALK_FOLDER, IMU_SUIT_CLIPS[-1]))
     console = make_console()
-    trainings = {model.name: [_training(model, seed, data, out) for seed in range(SEEDS)] for model in MODELS}
+    trainings = {model.name: [_training(model, seed, data, out) for seed in range(NUM_SEEDS)] for model in VARIANTS}
     _train([run for runs in trainings.values() for run in runs], console)
     with console.status("reading test clips"):
-        clips, walk = unseen_clips(data), real_walk(data)
-    takes = wear_suits(track(clips, "suits on test clips", console=console, transient=True))
-    rows, examined = _rows(trainings, takes, walk, console)
+        clips, walk = load_unseen_clips(data), load_real_walk(data)
+    takes = simulate_takes(track(clips, "suits on test clips", console=console, transient=True))
+    rows, evaluations = _rows(trainings, takes, walk, console)
     rows += [_accelerations(row) for row in compare_accelerations(data)]
-    return Study({"study": "root", "rows": rows, "findings": find(rows)}, GROUPS, plot_all(rows, takes, examined), NOTES)
+    return Study({"study": "root", "rows": rows, "findings": root_findings(rows)}, GROUPS, plot_all(rows, takes, evaluations), NOTES)
 
 
-def _training(model: Model, seed: int, data: Path, out: Path) -> Training[RootConfig]:
+def _training(model: Variant, seed: int, data: Path, out: Path) -> Training[RootConfig]:
     """Return one run of a model; nothing but the run's own seed tells the seeds apart."""
     overrides = (
         *model.overrides,
-        f"data.motions={(data / TRAINED_ON).resolve()}",
+        f"data.motions={(data / TRAIN_FOLDER).resolve()}",
         *PREPARED,
-        f"data.poses={model.poses}",
-        f"samples={SAMPLES[model.config]}",
+        f"data.pose_source={model.poses}",
+        f"samples={TRAINING_WINDOWS[model.config]}",
         f"seed={seed}",
     )
-    run = Training(SUPERVISED, model.config, overrides, run_name(model.name, seed), out.resolve() / "runs")
-    every = max(1, -(-SAMPLES[model.config] // run.resolved().learner.batch // EVALUATIONS))
+    run = Training(ROOT_PROGRAM, model.config, overrides, run_name(model.name, seed), out.resolve() / "runs")
+    every = max(1, -(-TRAINING_WINDOWS[model.config] // run.resolve_config().learner.batch // NUM_EVALUATIONS))
     return replace(run, overrides=(*overrides, f"evaluate_every={every}", f"checkpoint_every={every}"))
 
 
@@ -74,27 +74,27 @@ def _train(runs: Sequence[Training[RootConfig]], console: Console) -> None:
     """Run what is not done; its motion is prepared once, since what differs between the trainings' data is a choice from the same."""
     if not all(run.is_done() for run in runs):
         with console.status("preparing motion"):
-            prepare_root_data(runs[0].resolved().data, runs[0].runs / "cache", console.print)
+            prepare_root_data(runs[0].resolve_config().data, runs[0].runs / "cache", console.print)
     train_all(runs, console)
 
 
 def _rows(
-    trainings: dict[str, list[Training[RootConfig]]], takes: Takes, walk: RealWalk, console: Console
-) -> tuple[list[Row], dict[str, Examined]]:
+    trainings: dict[str, list[Training[RootConfig]]], takes: TakesByPose, walk: RealWalk, console: Console
+) -> tuple[list[Row], dict[str, ModelEvaluation]]:
     """Return the rows, and by name what was measured of their first seeds."""
     rows: list[Row] = []
-    examined: dict[str, Examined] = {}
-    for model in track(MODELS, "testing models", console=console, transient=True):
+    evaluations: dict[str, ModelEvaluation] = {}
+    for model in track(VARIANTS, "testing models", console=console, transient=True):
         seeds = []
         for run in trainings[model.name]:
-            one = examine(RootModel.load(run.network)[0], model.poses, takes, walk)
-            examined.setdefault(model.name, one)
-            seeds.append(one.scores | effort(run))
+            one = evaluate_model(RootModel.load(run.weights_path)[0], model.poses, takes, walk)
+            evaluations.setdefault(model.name, one)
+            seeds.append(one.scores | training_cost(run))
         rows.append(_row(model.name, seeds, model.published) | {"config": model.config, "overrides": list(model.overrides)})
-    for name, peer in peers(takes, walk).items():
-        examined[name] = peer
+    for name, peer in evaluate_baselines(takes, walk).items():
+        evaluations[name] = peer
         rows.append(_row(name, [peer.scores]))
-    return rows + [_row(name, [scores]) for name, scores in walk_peers(walk).items()], examined
+    return rows + [_row(name, [scores]) for name, scores in evaluate_walk_baselines(walk).items()], evaluations
 
 
 def _row(name: str, seeds: Sequence[Scores], published: dict[str, float] | None = None) -> Row:

@@ -7,38 +7,38 @@ from pathlib import Path
 
 import numpy as np
 
-from datasets.imu.root_features import RATE, RootFrames, root_frames
+from datasets.imu.root_features import ROOT_RATE_HZ, RootFrames, root_frames
 from datasets.imu.suit_simulation import simulate_suit
-from datasets.library.sources import ROUGH_GROUND_KINDS, SYNTHETIC, load_clips
+from datasets.library.sources import ROUGH_GROUND_KINDS, SYNTHETIC_SOURCE, load_clips
 from datasets.motion.clip import BodyMotion
-from datasets.motion.kinematics import body_poses, lowest_points, resample
+from datasets.motion.kinematics import body_poses, lowest_point_heights, resample
 from datasets.motion.rotation import heading
 from datasets.synthetic.clips import synthetic_clips
-from eval.recordings import FOLDERS, IMU, OPTICAL
+from eval.recordings import IMU_POSES, OPTICAL_POSES, TEST_FOLDERS
 
-CLIMBERS = 1000, 2  # seed and number of made-up people who take stairs; trainings have the seeds from 0 on
-SUITS = 3  # recordings of each clip
-AIRBORNE = 0.05  # m, of the lowest point of the body
+STAIR_PERFORMERS = 1000, 2  # seed and number of made-up people who take stairs; trainings have the seeds from 0 on
+SUITS_PER_CLIP = 3  # recordings of each clip
+MIN_AIRBORNE_HEIGHT_M = 0.05  # m, of the lowest point of the body
 
 
 @dataclass(frozen=True)
-class Take:
+class EvaluationTake:
     """A test clip as a root model gets it, at 100 Hz.
 
     Attributes:
         truth: The clean clip.
-        seen: The clip with the pose that the model sees: the clean one's, or that of a suit.
+        observed: The clip with the pose that the model sees: the clean one's, or that of a suit.
         accelerations: Of a suit in any case [m/s^2], shape (N, 19, 3).
     """
 
     truth: BodyMotion
-    seen: BodyMotion
+    observed: BodyMotion
     accelerations: np.ndarray
 
     @cached_property
     def frames(self) -> RootFrames:
         """What the model sees, frame by frame."""
-        return root_frames(self.seen, self.accelerations, self.truth)
+        return root_frames(self.observed, self.accelerations, self.truth)
 
     @cached_property
     def heading(self) -> np.ndarray:
@@ -48,39 +48,39 @@ class Take:
     @cached_property
     def airborne(self) -> np.ndarray:
         """Whether the true body touches no ground, which is at zero, shape (N,)."""
-        return lowest_points(*body_poses(self.truth)).min(axis=-1) > AIRBORNE
+        return lowest_point_heights(*body_poses(self.truth)).min(axis=-1) > MIN_AIRBORNE_HEIGHT_M
 
     @property
-    def recorded(self) -> bool:
+    def is_recorded(self) -> bool:
         """Whether somebody really moved so."""
-        return self.truth.system != SYNTHETIC
+        return self.truth.system != SYNTHETIC_SOURCE
 
     @property
-    def climbs(self) -> bool:
+    def is_on_stairs(self) -> bool:
         """Whether it is on stairs."""
         return self.truth.kind in ROUGH_GROUND_KINDS
 
 
-Takes = dict[str, list[Take]]  # by the poses that are seen
+TakesByPose = dict[str, list[EvaluationTake]]  # by the poses that are seen
 
 
-def unseen_clips(data: Path) -> list[BodyMotion]:
+def load_unseen_clips(data: Path) -> list[BodyMotion]:
     """Return the recorded clips and made-up people on stairs, all at 100 Hz.
 
     Raises:
         InputError: If a folder is not there.
     """
-    recorded = [clip for name in FOLDERS for clip in load_clips(data / name, fps=RATE)]
-    seed, people = CLIMBERS
-    made_up = [resample(clip, RATE) for clip in synthetic_clips(seed, people) if clip.kind in ROUGH_GROUND_KINDS]
+    recorded = [clip for name in TEST_FOLDERS for clip in load_clips(data / name, fps=ROOT_RATE_HZ)]
+    seed, people = STAIR_PERFORMERS
+    made_up = [resample(clip, ROOT_RATE_HZ) for clip in synthetic_clips(seed, people) if clip.kind in ROUGH_GROUND_KINDS]
     return recorded + made_up
 
 
-def wear_suits(clips: Iterable[BodyMotion]) -> Takes:
+def simulate_takes(clips: Iterable[BodyMotion]) -> TakesByPose:
     """Return takes of clips: with optical poses one of each, with those of simulated suits ``SUITS``; seeds are fixed."""
-    takes: Takes = {OPTICAL: [], IMU: []}
+    takes: TakesByPose = {OPTICAL_POSES: [], IMU_POSES: []}
     for index, clip in enumerate(clips):
-        suits = [simulate_suit(clip, SUITS * index + suit) for suit in range(SUITS)]
-        takes[OPTICAL].append(Take(clip, clip, suits[0].accelerations))
-        takes[IMU] += [Take(clip, suit.faulty, suit.accelerations) for suit in suits]
+        suits = [simulate_suit(clip, SUITS_PER_CLIP * index + suit) for suit in range(SUITS_PER_CLIP)]
+        takes[OPTICAL_POSES].append(EvaluationTake(clip, clip, suits[0].accelerations))
+        takes[IMU_POSES] += [EvaluationTake(clip, suit.faulty, suit.accelerations) for suit in suits]
     return takes

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from eval.recordings import IMU, OPTICAL
+from eval.recordings import IMU_POSES, OPTICAL_POSES
 
 UNET, CNN = "u-net, all", "CNN, all"
 UNET_RWI, CNN_RWI = "u-net, run-walk-idle", "CNN, run-walk-idle"
@@ -11,13 +11,13 @@ ROOT3D_OPTICAL = "Root3D, optical poses and accelerations"
 ROOT3D_IMU = "Root3D, IMU poses and accelerations"
 ROOT3D_ALONE = "Root3D, IMU poses alone"
 MOTIONLESS, OWN_ROOT = "motionless root", "the simulated suit's own root"
-SHIPPED_OPTICAL, SHIPPED_IMU = (f"as shipped: Root3D, {poses} poses and accelerations" for poses in ("optical", "IMU"))
+PRETRAINED_OPTICAL, PRETRAINED_IMU = (f"as shipped: Root3D, {poses} poses and accelerations" for poses in ("optical", "IMU"))
 WALK_OWN_ROOT, WALK_CONTACTS = "the real walk, the suit's own root", "the real walk, foot contacts"
 RUN_WALK_IDLE = "run,jog,dash,walk,turn,stand"  # kinds of motion that stand for the thesis's run, walk and idle (RWI)
 
 
 @dataclass(frozen=True)
-class Model:
+class Variant:
     """One model of the study.
 
     Attributes:
@@ -30,7 +30,7 @@ class Model:
 
     name: str
     config: str
-    poses: str = OPTICAL
+    poses: str = OPTICAL_POSES
     overrides: tuple[str, ...] = ()
     published: dict[str, float] = field(default_factory=dict)
 
@@ -40,16 +40,20 @@ def _table_2_1(*values: float) -> dict[str, float]:
 
 
 _BY_CNN, _OF_RWI = "model.network=planar_cnn", f"data.kinds=[{RUN_WALK_IDLE}]"
-_PLAIN = ("model.support=false", "learner.sequence=1", "learner.hidden=0")  # as in the thesis, without what the package's own model adds
-MODELS = (
-    Model(UNET, "planar", published=_table_2_1(-0.004, 0.002, -4.062, 0.191, 0.185, 23.123)),
-    Model(CNN, "planar", OPTICAL, (_BY_CNN,), _table_2_1(0.034, 0.007, -4.202, 0.211, 0.219, 24.274)),
-    Model(UNET_RWI, "planar", OPTICAL, (_OF_RWI,), _table_2_1(-0.026, 0.034, -5.886, 3.331, 0.203, 29.010)),
-    Model(CNN_RWI, "planar", OPTICAL, (_BY_CNN, _OF_RWI), _table_2_1(-0.017, -0.040, -14.582, 3.349, 0.303, 78.551)),
-    Model(ROOT_TARGET, "planar", OPTICAL, ("model.target=root",)),
-    Model(DISPLACEMENT, "planar", OPTICAL, ("model.vertical=displacement",)),
-    Model(UNET_IMU, "planar", IMU),
-    Model(ROOT3D_OPTICAL, "root3d", OPTICAL, _PLAIN, {"e_mse": 0.0041, "e_mse_std": 0.0069}),
-    Model(ROOT3D_IMU, "root3d", IMU, _PLAIN, {"e_mse": 0.0266, "e_mse_std": 0.0768}),
-    Model(ROOT3D_ALONE, "root3d", IMU, (*_PLAIN, "model.accelerations=false")),
+_PLAIN = (
+    "model.support=false",
+    "learner.sequence=1",
+    "learner.mask_share=0",
+)  # as in the thesis, without what the package's own model adds
+VARIANTS = (
+    Variant(UNET, "planar", published=_table_2_1(-0.004, 0.002, -4.062, 0.191, 0.185, 23.123)),
+    Variant(CNN, "planar", OPTICAL_POSES, (_BY_CNN,), _table_2_1(0.034, 0.007, -4.202, 0.211, 0.219, 24.274)),
+    Variant(UNET_RWI, "planar", OPTICAL_POSES, (_OF_RWI,), _table_2_1(-0.026, 0.034, -5.886, 3.331, 0.203, 29.010)),
+    Variant(CNN_RWI, "planar", OPTICAL_POSES, (_BY_CNN, _OF_RWI), _table_2_1(-0.017, -0.040, -14.582, 3.349, 0.303, 78.551)),
+    Variant(ROOT_TARGET, "planar", OPTICAL_POSES, ("model.target=root",)),
+    Variant(DISPLACEMENT, "planar", OPTICAL_POSES, ("model.vertical=displacement",)),
+    Variant(UNET_IMU, "planar", IMU_POSES),
+    Variant(ROOT3D_OPTICAL, "root3d", OPTICAL_POSES, _PLAIN, {"e_mse": 0.0041, "e_mse_std": 0.0069}),
+    Variant(ROOT3D_IMU, "root3d", IMU_POSES, _PLAIN, {"e_mse": 0.0266, "e_mse_std": 0.0768}),
+    Variant(ROOT3D_ALONE, "root3d", IMU_POSES, (*_PLAIN, "model.accelerations=false")),
 )

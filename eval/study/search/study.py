@@ -11,32 +11,32 @@ import torch
 from rich.progress import track
 
 from agents.policy.policy import Policy
-from agents.weights.pretrained import SHIPPED_POLICY
+from agents.weights.pretrained import PRETRAINED_POLICY
 from configs.errors import InputError
-from datasets.cleanup.foot_contacts import foot_contacts
+from datasets.cleanup.foot_contacts import detect_foot_contacts
 from datasets.library.sources import load_clips
 from datasets.motion.clip import FPS, BodyMotion
 from envs.mimic.spec import MimicSpec
-from eval.clean.samcon import RESIDUAL, ROUND, Crowd
-from eval.clean.simulate_clip import insert_take
-from eval.clean.stages import repair
+from eval.clean.samcon import ACTION_SCALE, STEPS_PER_WINDOW, SamconSearch
+from eval.clean.simulate_clip import write_segment
+from eval.clean.stages import repair_kinematically
 from eval.metrics.artefact_tracks import distances_local
-from eval.metrics.artefacts import artefacts
-from eval.recordings import CLIPS
+from eval.metrics.artefacts import artefact_metrics
+from eval.recordings import TEST_CLIPS
 from eval.study.clean.cases import stance_skate
 from eval.study.protocol.page import Group, Measure, Study, summarise_seeds
 from trainers.algorithms.policy_file import load_policy
 from trainers.runs.run_log import make_console
 
-SEARCHES = {  # by name of the rows: share of the policy's residual, and control steps from one choice of who goes on to the next
-    **{f"residual {share:g}": (share, ROUND) for share in (0.0, 0.25, RESIDUAL, 0.75, 1.0)},
-    "a choice in 3 steps": (RESIDUAL, 3),
+SEARCH_VARIANTS = {  # by name of the rows: share of the policy's residual, and control steps from one choice of who goes on to the next
+    **{f"residual {share:g}": (share, STEPS_PER_WINDOW) for share in (0.0, 0.25, ACTION_SCALE, 0.75, 1.0)},
+    "a choice in 3 steps": (ACTION_SCALE, 3),
 }
-USED, NONE, WHOLE, SELDOM = f"residual {RESIDUAL:g}", "residual 0", "residual 1", "a choice in 3 steps"
-SECONDS = 6.0  # of each clip, from its beginning
+IN_USE, NO_RESIDUAL, FULL_RESIDUAL, LONG_INTERVAL = f"residual {ACTION_SCALE:g}", "residual 0", "residual 1", "a choice in 3 steps"
+CLIP_S = 6.0  # of each clip, from its beginning
 THREADS = 1
-SKATE = 1.5  # times the recording's, the most that standing feet should slide
-DEPTH = 0.5  # mm, below which ground penetration should be
+MAX_SKATE_RATIO = 1.5  # times the recording's, the most that standing feet should slide
+MAX_PENETRATION_MM = 0.5  # mm, below which ground penetration should be
 MEASURES = {
     "body_error": Measure("mm", "distance of the bodies from the clip's, roots aligned"),
     "restarts": Measure("1/min", "how often nobody was near the clip any more and the next take began with the clip's own state"),
@@ -58,52 +58,52 @@ def search_study(data: Path, out: Path) -> Study:
     Raises:
         InputError: If a clip is not there.
     """
-    lacking = [name for each in CLIPS.values() for name in each if not (data / name).is_file()]
+    lacking = [name for each in TEST_CLIPS.values() for name in each if not (data / name).is_file()]
     if lacking:
         raise InputError(f"--data {data}: there is no {lacking[0]}; name the folder of real motion, see docs/evaluation.md")
-    policy, _, spec = load_policy(SHIPPED_POLICY)
+    policy, _, spec = load_policy(PRETRAINED_POLICY)
     torch.set_num_threads(THREADS)
-    files = [(kind, data / name) for kind, names in CLIPS.items() for name in names]
+    files = [(kind, data / name) for kind, names in TEST_CLIPS.items() for name in names]
     found: dict[tuple[str, str], list[Values]] = {}
     for kind, file in track(files, "performing clips", console=make_console(), transient=True):
         (clip,) = load_clips(file)
-        part = repair(clip.cut(0, round(SECONDS * FPS) + 1), [])
-        for search, (residual, interval) in SEARCHES.items():
-            found.setdefault((kind, search), []).append(perform_clip_by(policy, spec, part, residual, interval))
-    parts = {"all": {search: _all(found, search) for search in SEARCHES}}
-    parts |= {kind: {search: found[kind, search] for search in SEARCHES} for kind in CLIPS}
+        part = repair_kinematically(clip.cut(0, round(CLIP_S * FPS) + 1), [])
+        for search, (residual, interval) in SEARCH_VARIANTS.items():
+            found.setdefault((kind, search), []).append(measure_search(policy, spec, part, residual, interval))
+    parts = {"all": {search: _all(found, search) for search in SEARCH_VARIANTS}}
+    parts |= {kind: {search: found[kind, search] for search in SEARCH_VARIANTS} for kind in TEST_CLIPS}
     rows = [
         {"name": f"{search}, {part}", "ours": summarise_seeds(values), "published": {}}
         for part, by in parts.items()
         for search, values in by.items()
     ]
-    reading = f"The first {SECONDS:g} s of each clip as recorded, repaired, each counting once, ± their standard deviation."
-    groups = [Group(part.capitalize(), reading, MEASURES, tuple(f"{search}, {part}" for search in SEARCHES)) for part in parts]
+    reading = f"The first {CLIP_S:g} s of each clip as recorded, repaired, each counting once, ± their standard deviation."
+    groups = [Group(part.capitalize(), reading, MEASURES, tuple(f"{search}, {part}" for search in SEARCH_VARIANTS)) for part in parts]
     return Study({"study": "search", "rows": rows, "findings": _findings(found)}, groups)
 
 
-def perform_clip_by(policy: Policy, spec: MimicSpec, clip: BodyMotion, residual: float, interval: int) -> Values:
+def measure_search(policy: Policy, spec: MimicSpec, clip: BodyMotion, residual: float, interval: int) -> Values:
     """Return how a crowd performs a repaired clip with a share of the residual and a choice each so many steps, as ``MEASURES``."""
     clip = clip if len(clip) % 2 else clip.cut(0, len(clip) - 1)  # so that the last control step ends in the last frame
-    takes = list(Crowd(policy, spec, clip, THREADS, residual=residual, interval=interval).takes())
-    performance = clip
-    for take in takes:
-        performance = insert_take(performance, take)
-    stands = foot_contacts(clip)
-    stands[[take.start for take in takes[1:]]] = False  # from one take to the next the performance jumps, which is no slide
-    found = artefacts(performance)
+    segments = list(SamconSearch(policy, spec, clip, THREADS, action_scale=residual, steps_per_window=interval).segments())
+    simulated = clip
+    for take in segments:
+        simulated = write_segment(simulated, take)
+    contacts = detect_foot_contacts(clip)
+    contacts[[take.start for take in segments[1:]]] = False  # from one take to the next the performance jumps, which is no slide
+    found = artefact_metrics(simulated)
     return {
-        "body_error": 1e3 * float(distances_local(performance, clip).mean()),
-        "restarts": 60.0 * (len(takes) - 1) / clip.seconds,
-        "stance_skate": stance_skate(performance, stands),
-        "recorded_skate": stance_skate(clip, stands),
+        "body_error": 1e3 * float(distances_local(simulated, clip).mean()),
+        "restarts": 60.0 * (len(segments) - 1) / clip.seconds,
+        "stance_skate": stance_skate(simulated, contacts),
+        "recorded_skate": stance_skate(clip, contacts),
         "ground_penetration": found["ground_penetration"],
         "jitter": found["jitter"],
     }
 
 
 def _all(found: dict[tuple[str, str], list[Values]], search: str) -> list[Values]:
-    return [values for kind in CLIPS for values in found[kind, search]]
+    return [values for kind in TEST_CLIPS for values in found[kind, search]]
 
 
 def _findings(found: dict[tuple[str, str], list[Values]]) -> list[dict[str, str | bool]]:
@@ -112,16 +112,19 @@ def _findings(found: dict[tuple[str, str], list[Values]]) -> list[dict[str, str 
     def mean(parts: Sequence[Values], name: str) -> float:
         return float(np.mean([part[name] for part in parts]))
 
-    used = _all(found, USED)
+    used = _all(found, IN_USE)
     findings: list[dict[str, str | bool]] = []
-    for other in (NONE, WHOLE, SELDOM):
+    for other in (NO_RESIDUAL, FULL_RESIDUAL, LONG_INTERVAL):
         ours, theirs = mean(used, "body_error"), mean(_all(found, other), "body_error")
-        text = f"{USED} keeps nearer to the clip than {other}: {ours:.1f} against {theirs:.1f} mm"
+        text = f"{IN_USE} keeps nearer to the clip than {other}: {ours:.1f} against {theirs:.1f} mm"
         findings.append({"finding": text, "reproduced": ours < theirs})
-    for kind in CLIPS:
-        slide, recorded = (mean(found[kind, USED], name) for name in ("stance_skate", "recorded_skate"))
-        text = f"{kind}: standing feet slide at most {SKATE:g} times as fast as the recording's: {slide:.1f} against {recorded:.1f} cm/s"
-        findings.append({"finding": text, "reproduced": slide <= SKATE * recorded})
+    for kind in TEST_CLIPS:
+        slide, recorded = (mean(found[kind, IN_USE], name) for name in ("stance_skate", "recorded_skate"))
+        limit = f"{kind}: standing feet slide at most {MAX_SKATE_RATIO:g} times as fast as the recording's"
+        text = f"{limit}: {slide:.1f} against {recorded:.1f} cm/s"
+        findings.append({"finding": text, "reproduced": slide <= MAX_SKATE_RATIO * recorded})
     depth = mean(used, "ground_penetration")
-    findings.append({"finding": f"ground penetration is under {DEPTH:g} mm: {depth:.2f} mm", "reproduced": depth < DEPTH})
+    findings.append(
+        {"finding": f"ground penetration is under {MAX_PENETRATION_MM:g} mm: {depth:.2f} mm", "reproduced": depth < MAX_PENETRATION_MM}
+    )
     return findings

@@ -9,8 +9,8 @@ import numpy as np
 from datasets.imu.recording import ImuRecording, read_imu_recording
 from datasets.imu.sensor_model import SENSOR_BODIES
 from datasets.imu.suit_simulation import simulate_suit
-from datasets.motion.humanoid import NAMES
-from eval.study.suit.vicon_walk import real_walk
+from datasets.motion.humanoid import BODY_NAMES
+from eval.study.suit.vicon_walk import load_real_walk
 
 MVNX = "gpl/imu/xsens_andres_test_mocap.mvnx"
 Row = dict[str, Any]
@@ -31,19 +31,19 @@ def compare_accelerations(data: Path, seed: int = 0) -> list[Row]:
     Raises:
         InputError: If a recording is not there.
     """
-    walk = real_walk(data)
+    walk = load_real_walk(data)
     truthful = replace(walk.motion, root_position=walk.truth)
     recordings = {
         "mvnx": read_imu_recording(data / MVNX),
-        "walk, the suit's root": ImuRecording(walk.motion, walk.accelerations, walk.measured),
-        "walk, Vicon's root": ImuRecording(truthful, walk.accelerations, walk.measured),
+        "walk, the suit's root": ImuRecording(walk.motion, walk.accelerations, walk.measured_bodies),
+        "walk, Vicon's root": ImuRecording(truthful, walk.accelerations, walk.measured_bodies),
     }
-    return [row for name, recording in recordings.items() for row in compare(name, recording, seed)]
+    return [row for name, recording in recordings.items() for row in compare_recording(name, recording, seed)]
 
 
-def compare(name: str, recording: ImuRecording, seed: int) -> list[Row]:
+def compare_recording(name: str, recording: ImuRecording, seed: int) -> list[Row]:
     """Return the rows of one recording; only bodies that carried a sensor are compared."""
-    sensors = [SENSOR_BODIES.index(NAMES.index(body)) for body in recording.measured]
+    sensors = [SENSOR_BODIES.index(BODY_NAMES.index(body)) for body in recording.measured]
     real = recording.accelerations[:, sensors]
     simulated = simulate_suit(recording.motion, seed).accelerations[:, sensors]
     rows = [_row(name, body, real[:, at], simulated[:, at]) for at, body in enumerate(recording.measured)]

@@ -13,18 +13,18 @@ from scipy.spatial.transform import Rotation
 from vqf import VQF
 
 from configs.errors import InputError
-from datasets.imu.sensor_model import CALIBRATION, SENSOR_BODIES, SENSOR_RATE, START, SuitNoise, record
+from datasets.imu.sensor_model import CALIBRATION_SAMPLES, CLIP_START_SAMPLE, SENSOR_BODIES, SENSOR_RATE_HZ, SuitNoise, simulate_sensors
 from datasets.imu.suit_simulation import sensor_orientations, simulate_suit
-from datasets.library.sources import SYNTHETIC, load_clips
+from datasets.library.sources import SYNTHETIC_SOURCE, load_clips
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import NAMES
+from datasets.motion.humanoid import BODY_NAMES
 from datasets.motion.kinematics import body_poses, resample
-from eval.metrics.artefacts import artefacts, distance_local, distance_world, support_slide
-from eval.recordings import REAL_CLIPS, SEGMENTS, WALK, WALK_FRAMES
+from eval.metrics.artefacts import artefact_metrics, mean_distance_local_mm, mean_distance_world_mm, support_slide
+from eval.recordings import IMU_SUIT_CLIPS, OPTICAL_WALK_FRAMES, SENSOR_WALK_FOLDER, WALK_SENSORS
 
-COMPARED = ("foot_skate", "support_slide", "floating", "ground_penetration", "self_penetration", "jitter")
-SECONDS = 15.0  # of each optical clip, so that long ones do not rule
-SEEDS = 3
+COMPARED_MEASURES = ("foot_skate", "support_slide", "floating", "ground_penetration", "self_penetration", "jitter")
+MAX_CLIP_S = 15.0  # of each optical clip, so that long ones do not rule
+NUM_SEEDS = 3
 
 Samples = dict[str, list[float]]
 Row = dict[str, Any]
@@ -40,16 +40,16 @@ def suit_study(data: Path) -> dict[str, Any]:
     Raises:
         InputError: If a recording is not there.
     """
-    for name in (*REAL_CLIPS, WALK, "mit/imu/qmt_full_body_17imu.mat", "cmu/train", "cmu/test"):
+    for name in (*IMU_SUIT_CLIPS, SENSOR_WALK_FOLDER, "mit/imu/qmt_full_body_17imu.mat", "cmu/train", "cmu/test"):
         if not (data / name).exists():
             raise InputError(f"{data / name}: no such recording; the study needs it, --data names the folder of real motion")
-    rest = [_row("at rest, real", real_rest(data)), _row("at rest, simulated", simulated_rest())]
-    walk = [_row("walk, real sensors", real_walk(data)), _row("walk, simulated sensors", simulated_walk(data))]
+    rest = [_row("at rest, real", real_rest_noise(data)), _row("at rest, simulated", simulated_rest_noise())]
+    walk = [_row("walk, real sensors", real_walk_errors(data)), _row("walk, simulated sensors", simulated_walk_errors(data))]
     clips, findings = _compare_clips(data)
     return {"study": "suit", "rows": rest + walk + clips, "findings": _walk_findings(*walk) + findings}
 
 
-def real_rest(data: Path) -> Samples:
+def real_rest_noise(data: Path) -> Samples:
     """Return noise and bias of 17 real sensors, each in its quietest second."""
     sensors = [s for s in loadmat(data / "mit/imu/qmt_full_body_17imu.mat", simplify_cells=True).values() if isinstance(s, dict)]
     samples: Samples = {}
@@ -62,11 +62,13 @@ def real_rest(data: Path) -> Samples:
     return samples
 
 
-def simulated_rest() -> Samples:
+def simulated_rest_noise() -> Samples:
     """Return the same of simulated sensors on a wearer who stands perfectly still."""
-    local = np.tile([1.0, 0.0, 0.0, 0.0], (2, len(NAMES), 1))
-    recording = record(BodyMotion(np.tile([0.0, 0.0, 0.94], (2, 1)), local, 60.0, "standing"), SuitNoise(), np.random.default_rng(0))
-    second = slice(CALIBRATION.stop - 100, CALIBRATION.stop)
+    local = np.tile([1.0, 0.0, 0.0, 0.0], (2, len(BODY_NAMES), 1))
+    recording = simulate_sensors(
+        BodyMotion(np.tile([0.0, 0.0, 0.94], (2, 1)), local, 60.0, "standing"), SuitNoise(), np.random.default_rng(0)
+    )
+    second = slice(CALIBRATION_SAMPLES.stop - 100, CALIBRATION_SAMPLES.stop)
     samples: Samples = {}
     for sensor in range(len(SENSOR_BODIES)):
         _add(samples, _rest(recording.angular_velocities[second, sensor], recording.accelerations[second, sensor]))
@@ -82,39 +84,39 @@ def _rest(turns: np.ndarray, forces: np.ndarray) -> dict[str, float]:
     }
 
 
-def real_walk(data: Path) -> Samples:
+def real_walk_errors(data: Path) -> Samples:
     """Return error of VQF against Vicon [deg] and the variation of the magnetic norm, of real sensors in a walk."""
-    folder = data / WALK
+    folder = data / SENSOR_WALK_FOLDER
     lines = (folder / "vicon/S02-Trial-Walk-1.csv").read_text().splitlines()[5:]
     names, vicon = lines[0].split(","), np.array([[float(x) for x in line.split(",")] for line in lines[1:]])
     samples: Samples = {}
-    for body, (sensor, prefix) in SEGMENTS.items():
+    for body, (sensor, prefix) in WALK_SENSORS.items():
         raw = np.genfromtxt(folder / f"rawimu/S02-Trial-Walk-1-{sensor}.txt", delimiter=",", skip_header=6)
         forces, turns, fields = (np.ascontiguousarray(raw[:, at : at + 3]) for at in (2, 5, 8))
-        found = VQF(1.0 / SENSOR_RATE).updateBatch(turns, forces, fields)["quat9D"][WALK_FRAMES]
+        found = VQF(1.0 / SENSOR_RATE_HZ).updateBatch(turns, forces, fields)["quat9D"][OPTICAL_WALK_FRAMES]
         first = names.index(f"{prefix}_1")
-        _add(samples, _walk(body, found, vicon[:, first : first + 4], fields[WALK_FRAMES]))
+        _add(samples, _walk(body, found, vicon[:, first : first + 4], fields[OPTICAL_WALK_FRAMES]))
     return samples
 
 
-def simulated_walk(data: Path) -> Samples:
+def simulated_walk_errors(data: Path) -> Samples:
     """Return the same of simulated sensors on the same walk, over several sessions."""
-    walk = load_clips(data / REAL_CLIPS[-1], fps=SENSOR_RATE)[0]
-    frames = slice(START + WALK_FRAMES.start, START + WALK_FRAMES.stop)
-    truth = body_poses(resample(walk, SENSOR_RATE))[1][WALK_FRAMES]
+    walk = load_clips(data / IMU_SUIT_CLIPS[-1], fps=SENSOR_RATE_HZ)[0]
+    frames = slice(CLIP_START_SAMPLE + OPTICAL_WALK_FRAMES.start, CLIP_START_SAMPLE + OPTICAL_WALK_FRAMES.stop)
+    truth = body_poses(resample(walk, SENSOR_RATE_HZ))[1][OPTICAL_WALK_FRAMES]
     samples: Samples = {}
-    for seed in range(SEEDS):
-        recording = record(walk, SuitNoise(), np.random.default_rng(seed))
+    for seed in range(NUM_SEEDS):
+        recording = simulate_sensors(walk, SuitNoise(), np.random.default_rng(seed))
         found = sensor_orientations(recording)[frames]
-        for body in SEGMENTS:
-            sensor = SENSOR_BODIES.index(NAMES.index(body))
-            _add(samples, _walk(body, found[:, sensor], truth[:, NAMES.index(body)], recording.magnetic_fields[frames, sensor]))
+        for body in WALK_SENSORS:
+            sensor = SENSOR_BODIES.index(BODY_NAMES.index(body))
+            _add(samples, _walk(body, found[:, sensor], truth[:, BODY_NAMES.index(body)], recording.magnetic_fields[frames, sensor]))
     return samples
 
 
 def _walk(body: str, found: np.ndarray, truth: np.ndarray, fields: np.ndarray) -> dict[str, float]:
     part = body.split("_")[0]
-    residual = unexplained_angles(found, truth)
+    residual = residual_angles(found, truth)
     half = len(residual) // 2
     return {
         f"orientation_error_{part}": float(np.sqrt(np.mean(residual**2))),
@@ -123,7 +125,7 @@ def _walk(body: str, found: np.ndarray, truth: np.ndarray, fields: np.ndarray) -
     }
 
 
-def unexplained_angles(found: np.ndarray, truth: np.ndarray) -> np.ndarray:
+def residual_angles(found: np.ndarray, truth: np.ndarray) -> np.ndarray:
     """Return the angles [deg] (T,) that remain when the best constant rotations of sensor and world are taken away.
 
     Args:
@@ -142,15 +144,15 @@ def unexplained_angles(found: np.ndarray, truth: np.ndarray) -> np.ndarray:
 
 def _compare_clips(data: Path) -> tuple[list[Row], list[Finding]]:
     """Return the rows of clips and whether the simulated ones lie in the real ones' range."""
-    real = {clip.name: _seen(clip) for name in REAL_CLIPS for clip in load_clips(data / name)}
+    real = {clip.name: _seen(clip) for name in IMU_SUIT_CLIPS for clip in load_clips(data / name)}
     optical = [load_clips(path)[0] for path in sorted((data / "cmu").rglob("*.bvh"))]
-    clean, simulated = _with_suit([clip.cut(0, min(len(clip), int(SECONDS * clip.fps))) for clip in optical])
-    planted, planted_suit = _with_suit(load_clips(SYNTHETIC))
+    clean, simulated = _with_suit([clip.cut(0, min(len(clip), int(MAX_CLIP_S * clip.fps))) for clip in optical])
+    planted, planted_suit = _with_suit(load_clips(SYNTHETIC_SOURCE))
     rows = [_row(f"real suit: {name}", {key: [x] for key, x in values.items()}) for name, values in real.items()]
     sets = {"real suits": list(real.values()), "clean optical (cmu)": clean, "simulated suit (cmu)": simulated}
     sets |= {"clean synthetic": planted, "simulated suit (synthetic)": planted_suit}
     rows += [_row(name, _gather(clips)) for name, clips in sets.items()]
-    return rows, [_in_range(key, list(real.values()), simulated) for key in COMPARED]
+    return rows, [_in_range(key, list(real.values()), simulated) for key in COMPARED_MEASURES]
 
 
 def _seen(clip: BodyMotion) -> dict[str, float]:
@@ -159,7 +161,7 @@ def _seen(clip: BodyMotion) -> dict[str, float]:
     No truth for the real clips, so none for the others: a foot is in contact by its own height on both sides. A swinging
     foot that passes under 2 cm is then in contact too and rules ``foot_skate``; the slower foot's speed needs no contact.
     """
-    return artefacts(clip) | {"support_slide": support_slide(clip)}
+    return artefact_metrics(clip) | {"support_slide": support_slide(clip)}
 
 
 def _with_suit(clips: list[BodyMotion]) -> tuple[list[dict[str, float]], list[dict[str, float]]]:
@@ -169,7 +171,8 @@ def _with_suit(clips: list[BodyMotion]) -> tuple[list[dict[str, float]], list[di
         faulty = simulate_suit(clip, seed).faulty
         clean.append(_seen(clip))
         simulated.append(
-            _seen(faulty) | {"truth_error_local": distance_local(faulty, clip), "truth_error_world": distance_world(faulty, clip)}
+            _seen(faulty)
+            | {"truth_error_local": mean_distance_local_mm(faulty, clip), "truth_error_world": mean_distance_world_mm(faulty, clip)}
         )
     return clean, simulated
 

@@ -11,7 +11,7 @@
   is that of the shin's middle, where our sensor sits; the upper one's north is found from the turning rate that they share.
 - The suit's pose goes crabwise: its ankles swing to 14 (left) and 28 (right) degrees on the right of where its pelvis faces, and so
   runs its path; Vicon's go straight ahead. Headings are made equal at the pelvis, so that this counts as the suit's error;
-  ``turned_onto`` takes away what of an error is heading alone.
+  ``align_heading`` takes away what of an error is heading alone.
 """
 
 from dataclasses import dataclass, replace
@@ -20,22 +20,22 @@ from pathlib import Path
 import numpy as np
 
 from configs.errors import InputError
-from datasets.imu.free_acceleration import PELVIS, fill_accelerations
-from datasets.imu.sensor_model import GRAVITY, SENSOR_BODIES
+from datasets.imu.free_acceleration import PELVIS_BODY, fill_accelerations
+from datasets.imu.sensor_model import GRAVITY_VECTOR_M_S2, SENSOR_BODIES
 from datasets.imu.suit_simulation import track_root
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import NAMES, SKELETON
-from datasets.motion.rotation import about_axis, heading, rotate
-from datasets.retarget.performer_clip import read_capture
+from datasets.motion.humanoid import BODY_NAMES, SKELETON
+from datasets.motion.rotation import from_axis_angle, heading, rotate
+from datasets.retarget.performer_clip import load_performer_bvh
 from datasets.retarget.retarget import retarget
-from eval.recordings import REAL_CLIPS, SEGMENTS, WALK, WALK_FRAMES
+from eval.recordings import IMU_SUIT_CLIPS, OPTICAL_WALK_FRAMES, SENSOR_WALK_FOLDER, WALK_SENSORS
 
-VICON_LEAD = 2  # frames by which Vicon's are ahead of the suit's
+VICON_LEAD_FRAMES = 2  # frames by which Vicon's are ahead of the suit's
 UPPER_SHINS = {"shin_l": "000_00B40BA5", "shin_r": "000_00B40C35"}  # the sensors below the knee; those of SEGMENTS are at the ankle
-CALIBRATED = {"pelvis": "Pelvis", "shin_l": "L_LowLeg", "shin_r": "R_LowLeg", "foot_l": "L_Foot", "foot_r": "R_Foot"}
-RAW = "rawimu/S02-Trial-Walk-1-{}.txt"
-VICON = "vicon/S02-Trial-Walk-1.csv"
-NORTHS = "calib/S02-Trial-Walk-1-Calib-SensorYawFixWorldFrame.txt"
+CALIBRATION_SEGMENTS = {"pelvis": "Pelvis", "shin_l": "L_LowLeg", "shin_r": "R_LowLeg", "foot_l": "L_Foot", "foot_r": "R_Foot"}
+RAW_SENSOR_FILE = "rawimu/S02-Trial-Walk-1-{}.txt"
+VICON_FILE = "vicon/S02-Trial-Walk-1.csv"
+YAW_CORRECTION_FILE = "calib/S02-Trial-Walk-1-Calib-SensorYawFixWorldFrame.txt"
 _UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -48,16 +48,16 @@ class RealWalk:
         accelerations: Free, in the world's axes and the size of ``motion`` [m/s^2], shape (955, 19, 3).
         truth: Vicon's path of the pelvis' origin, turned so that the pelvis faces where the motion's does on average, in the
             size of ``motion``, from the motion's first place on [m], shape (955, 3).
-        measured: Names of the bodies that carried sensors; ``fill_accelerations`` made the others.
+        measured_bodies: Names of the bodies that carried sensors; ``fill_accelerations`` made the others.
     """
 
     motion: BodyMotion
     accelerations: np.ndarray
     truth: np.ndarray
-    measured: tuple[str, ...]
+    measured_bodies: tuple[str, ...]
 
 
-def real_walk(data: Path) -> RealWalk:
+def load_real_walk(data: Path) -> RealWalk:
     """Return the walk.
 
     Args:
@@ -66,32 +66,32 @@ def real_walk(data: Path) -> RealWalk:
     Raises:
         InputError: If a file of the recording is not there.
     """
-    folder, clip_file = data / WALK, data / REAL_CLIPS[-1]
-    for file in (clip_file, folder / VICON, folder / NORTHS):
+    folder, clip_file = data / SENSOR_WALK_FOLDER, data / IMU_SUIT_CLIPS[-1]
+    for file in (clip_file, folder / VICON_FILE, folder / YAW_CORRECTION_FILE):
         if not file.is_file():
             raise InputError(f"{file}: no such file; the recording of the real walk belongs there")
-    clip = retarget(read_capture(clip_file))
-    first = WALK_FRAMES.start + VICON_LEAD
-    last = first + WALK_FRAMES.stop - WALK_FRAMES.start
-    motion = clip.motion.cut(first - clip.capture.dropped, last - clip.capture.dropped)
+    clip = retarget(load_performer_bvh(clip_file))
+    first = OPTICAL_WALK_FRAMES.start + VICON_LEAD_FRAMES
+    last = first + OPTICAL_WALK_FRAMES.stop - OPTICAL_WALK_FRAMES.start
+    motion = clip.motion.cut(first - clip.performer_clip.dropped_frames, last - clip.performer_clip.dropped_frames)
     motion = replace(motion, performer="NEURA-S02", system="imu", kind="walk")
-    vicon = _vicon(folder / VICON)
+    vicon = _vicon(folder / VICON_FILE)
     yaw = _yaw_to_motion(vicon, motion)
-    free = {body: _turned(_measured(folder, body, slice(first, last)), yaw) * clip.scale for body in SEGMENTS}
+    free = {body: _turned(_measured(folder, body, slice(first, last)), yaw) * clip.scale for body in WALK_SENSORS}
     path = clip.scale * _turned(0.5 * (vicon["LFEP"] + vicon["RFEP"]), yaw)
-    path -= SKELETON.offsets[NAMES.index("thigh_l")] * _UP  # our hips are below the pelvis' origin
-    accelerations = fill_accelerations(motion, {NAMES.index(body): track for body, track in free.items()})
-    measured = tuple(NAMES[body] for body in SENSOR_BODIES if NAMES[body] in SEGMENTS)
+    path -= SKELETON.offsets[BODY_NAMES.index("thigh_l")] * _UP  # our hips are below the pelvis' origin
+    accelerations = fill_accelerations(motion, {BODY_NAMES.index(body): track for body, track in free.items()})
+    measured = tuple(BODY_NAMES[body] for body in SENSOR_BODIES if BODY_NAMES[body] in WALK_SENSORS)
     return RealWalk(motion, accelerations, path - path[0] + motion.root_position[0], measured)
 
 
-def contact_root(walk: RealWalk) -> np.ndarray:
+def track_root_by_contacts(walk: RealWalk) -> np.ndarray:
     """Return the path (T, 3) [m] that standing feet and the pelvis' acceleration between steps give, from the motion's first place on."""
-    path = track_root(walk.motion.local_rotations, walk.accelerations[:, SENSOR_BODIES.index(PELVIS)], 1.0)
+    path = track_root(walk.motion.local_rotations, walk.accelerations[:, SENSOR_BODIES.index(PELVIS_BODY)], 1.0)
     return path - path[0] + walk.motion.root_position[0]
 
 
-def turned_onto(path: np.ndarray, truth: np.ndarray) -> np.ndarray:
+def align_heading(path: np.ndarray, truth: np.ndarray) -> np.ndarray:
     """Return the path turned about the vertical through its first place so that it is nearest to the truth, both (T, 3) [m]."""
     mine, other = path[:, :2] - path[0, :2], truth[:, :2] - truth[0, :2]
     return path[0] + _turned(path - path[0], _yaw_between(mine, other))
@@ -99,7 +99,7 @@ def turned_onto(path: np.ndarray, truth: np.ndarray) -> np.ndarray:
 
 def _turned(vectors: np.ndarray, yaw: float) -> np.ndarray:
     """Return vectors (T, 3) turned by ``yaw`` [rad] about the vertical."""
-    return rotate(np.broadcast_to(about_axis(_UP, np.array(yaw)), (len(vectors), 4)), vectors)
+    return rotate(np.broadcast_to(from_axis_angle(_UP, np.array(yaw)), (len(vectors), 4)), vectors)
 
 
 def _yaw_between(a: np.ndarray, b: np.ndarray) -> float:
@@ -109,7 +109,7 @@ def _yaw_between(a: np.ndarray, b: np.ndarray) -> float:
 
 def _yaw_to_motion(vicon: dict[str, np.ndarray], motion: BodyMotion) -> float:
     """Return the angle [rad] from Vicon's world to the motion's, by where the pelvis faces on average."""
-    faces = heading(motion.local_rotations[:, PELVIS])
+    faces = heading(motion.local_rotations[:, PELVIS_BODY])
     across = vicon["LFEP"] - vicon["RFEP"]
     forward = np.stack([across[:, 1], -across[:, 0]], axis=1)
     return _yaw_between(forward, np.linalg.norm(forward, axis=1)[:, None] * np.stack([np.cos(faces), np.sin(faces)], axis=1))
@@ -124,9 +124,9 @@ def _vicon(file: Path) -> dict[str, np.ndarray]:
 
 def _measured(folder: Path, body: str, frames: slice) -> np.ndarray:
     """Return the free acceleration (T, 3) [m/s^2] of a segment in Vicon's world."""
-    corrections = _north_corrections(folder / NORTHS)
-    north = corrections[CALIBRATED.get(body, "Pelvis")]
-    free, turns = _sensor(folder, SEGMENTS[body][0], frames)
+    corrections = _north_corrections(folder / YAW_CORRECTION_FILE)
+    north = corrections[CALIBRATION_SEGMENTS.get(body, "Pelvis")]
+    free, turns = _sensor(folder, WALK_SENSORS[body][0], frames)
     if body in UPPER_SHINS:
         upper, upper_turns = _sensor(folder, UPPER_SHINS[body], frames)
         free = 0.5 * (free + _turned(upper, _yaw_between(upper_turns, turns)))
@@ -135,11 +135,11 @@ def _measured(folder: Path, body: str, frames: slice) -> np.ndarray:
 
 def _sensor(folder: Path, sensor: str, frames: slice) -> tuple[np.ndarray, np.ndarray]:
     """Return free acceleration [m/s^2] and turning rate [rad/s] of a sensor in its own world, each of shape (T, 3)."""
-    file = folder / RAW.format(sensor)
+    file = folder / RAW_SENSOR_FILE.format(sensor)
     if not file.is_file():
         raise InputError(f"{file}: no such file; the recording of the real walk belongs there")
     raw = np.genfromtxt(file, delimiter=",", skip_header=6)[frames]
-    return rotate(raw[:, 11:15], raw[:, 2:5]) + GRAVITY, rotate(raw[:, 11:15], raw[:, 5:8])
+    return rotate(raw[:, 11:15], raw[:, 2:5]) + GRAVITY_VECTOR_M_S2, rotate(raw[:, 11:15], raw[:, 5:8])
 
 
 def _north_corrections(file: Path) -> dict[str, float]:

@@ -4,7 +4,7 @@ import pytest
 import torch
 from torch import nn
 
-from agents.policy.mlp import Perceptron, product
+from agents.policy.mlp import MLP, onednn_linear
 from agents.policy.policy import ACTIVATIONS
 
 
@@ -16,16 +16,16 @@ def layers(activation: str) -> list[nn.Module]:
 def test_a_product_by_hand() -> None:
     # (1 2) of columns (3 4) and (5 6): 3 + 8 = 11 and 5 + 12 = 17; with biases 0.5 and -17.25: 11.5 and -0.25, whose tanh is -0.244919.
     rows, columns = torch.tensor([[1.0, 2.0]]), torch.tensor([[3.0, 4.0], [5.0, 6.0]])
-    assert product(rows, columns).tolist() == [[11.0, 17.0]]
+    assert onednn_linear(rows, columns).tolist() == [[11.0, 17.0]]
     biases = torch.tensor([0.5, -17.25])
-    assert product(rows, columns, biases).tolist() == [[11.5, -0.25]]
-    assert product(rows, columns, biases, tanh=True)[0].tolist() == pytest.approx([1.0, -0.244919], abs=1e-6)
+    assert onednn_linear(rows, columns, biases).tolist() == [[11.5, -0.25]]
+    assert onednn_linear(rows, columns, biases, tanh=True)[0].tolist() == pytest.approx([1.0, -0.244919], abs=1e-6)
 
 
 @pytest.mark.parametrize("activation", ACTIVATIONS)
 def test_values_and_gradients_are_those_of_pytorchs_layers(activation: str) -> None:
     plain = nn.Sequential(*layers(activation))
-    quick = Perceptron(*layers(activation))
+    quick = MLP(*layers(activation))
     inputs = torch.randn(50, 7)
     found = []
     for network in (plain, quick):
@@ -38,7 +38,7 @@ def test_values_and_gradients_are_those_of_pytorchs_layers(activation: str) -> N
 
 
 def test_leading_dimensions_are_free() -> None:
-    quick = Perceptron(*layers("tanh"))
+    quick = MLP(*layers("tanh"))
     inputs = torch.randn(4, 5, 7)
     with torch.inference_mode():
         flat = quick(inputs.reshape(20, 7))
@@ -48,10 +48,10 @@ def test_leading_dimensions_are_free() -> None:
 
 
 def test_weights_have_the_names_of_pytorchs_layers() -> None:
-    assert list(Perceptron(*layers("elu")).state_dict()) == list(nn.Sequential(*layers("elu")).state_dict())
+    assert list(MLP(*layers("elu")).state_dict()) == list(nn.Sequential(*layers("elu")).state_dict())
 
 
 def test_other_precisions_are_left_to_pytorch() -> None:
-    quick = Perceptron(*layers("tanh")).double()
+    quick = MLP(*layers("tanh")).double()
     inputs = torch.randn(2, 7, dtype=torch.float64)
     assert torch.equal(quick(inputs), nn.Sequential(*quick.children())(inputs))

@@ -5,9 +5,9 @@ import torch
 from agents.root.augmentation import RootAugmentation
 from agents.root.spec import RootSpec
 from datasets.imu.sensor_model import SENSOR_BODIES
-from datasets.motion.humanoid import NAMES
+from datasets.motion.humanoid import BODY_NAMES
 
-LEFT, RIGHT = NAMES.index("hand_l"), NAMES.index("hand_r")
+LEFT, RIGHT = BODY_NAMES.index("hand_l"), BODY_NAMES.index("hand_r")
 
 
 def windows(count: int) -> torch.Tensor:
@@ -34,7 +34,7 @@ def test_hidden_vectors_show_their_mean_and_legs_are_never_hidden() -> None:
     features = torch.ones(400, 8, 117)
     seen, _ = RootAugmentation(RootSpec(), 0.5)(features, torch.zeros(400, 8, 3), mean, torch.Generator().manual_seed(0))
     hidden = (seen[200:] == 9.0).unflatten(-1, (-1, 3)).all(-1)  # the half that is not mirrored
-    leg = NAMES.index("shin_r")
+    leg = BODY_NAMES.index("shin_r")
     assert not hidden[..., leg].any()
     assert not hidden[..., 20 + SENSOR_BODIES.index(leg)].any()
     assert not hidden[..., 0].any()

@@ -7,9 +7,9 @@ import torch
 
 from agents.root.model import RootModel
 from agents.root.spec import RootSpec
-from agents.root.stance_points import support_paths
+from agents.root.stance_points import stance_paths
 from configs.errors import InputError
-from datasets.motion.humanoid import NAMES
+from datasets.motion.humanoid import BODY_NAMES
 
 PLANAR = RootSpec("planar_unet", accelerations=False, target="com", vertical="height")
 
@@ -75,7 +75,7 @@ def standing_on_the_left() -> torch.Tensor:
     window = torch.zeros(1, 8, 39, 3)
     for side, height, speed in (("l", 0.0, -0.01), ("r", 0.3, 0.05)):
         for name, rest in (("foot", 0.08), ("toe", 0.02)):
-            body = NAMES.index(f"{name}_{side}")
+            body = BODY_NAMES.index(f"{name}_{side}")
             window[0, :, body, 0] = speed * torch.arange(8)
             window[0, :, body, 2] = -1.0 + rest + height
     return window.flatten(2)
@@ -83,7 +83,7 @@ def standing_on_the_left() -> torch.Tensor:
 
 def test_the_pelvis_moves_about_the_foot_on_the_ground() -> None:
     # So the pelvis goes forward by 0.01 m a frame, in all 8 steps.
-    steps = support_paths(RootSpec(support=True), standing_on_the_left(), torch.zeros(1, 8, 4))
+    steps = stance_paths(RootSpec(support=True), standing_on_the_left(), torch.zeros(1, 8, 4))
     torch.testing.assert_close(steps[0, :, 0], 0.01 * torch.arange(1, 9), atol=1e-6, rtol=0)
     assert steps[0, :, 1:].abs().max() < 1e-6
 
@@ -93,11 +93,11 @@ def test_the_network_may_choose_another_point() -> None:
     logits = torch.zeros(1, 8, 4)
     logits[..., 3] = 40.0
     logits[..., 2] = 40.0
-    steps = support_paths(RootSpec(support=True), standing_on_the_left(), logits)
+    steps = stance_paths(RootSpec(support=True), standing_on_the_left(), logits)
     torch.testing.assert_close(steps[0, :, 0], -0.05 * torch.arange(1, 9), atol=1e-6, rtol=0)
 
 
 def test_numpy_and_torch_agree_on_the_support() -> None:
     window, logits = standing_on_the_left(), torch.randn(1, 8, 4)
-    by_numpy = support_paths(RootSpec(support=True), window.numpy(), logits.numpy())
-    torch.testing.assert_close(torch.from_numpy(by_numpy), support_paths(RootSpec(support=True), window, logits), atol=1e-6, rtol=0)
+    by_numpy = stance_paths(RootSpec(support=True), window.numpy(), logits.numpy())
+    torch.testing.assert_close(torch.from_numpy(by_numpy), stance_paths(RootSpec(support=True), window, logits), atol=1e-6, rtol=0)

@@ -6,7 +6,7 @@ import torch
 
 from agents.root.model import RootModel
 from agents.root.networks.root3d_unet import Root3dUnet
-from agents.root.numpy_inference import unrolled, window_predictor
+from agents.root.numpy_inference import as_numpy_function, make_window_predictor
 from agents.root.spec import RootSpec
 
 
@@ -18,13 +18,13 @@ def test_matrices_give_what_the_network_gives(features: int, outputs: int) -> No
     with torch.no_grad():
         expected = network(windows).numpy()
     assert expected.std() > 0.01
-    predict = unrolled(network)
+    predict = as_numpy_function(network)
     np.testing.assert_allclose([predict(window) for window in windows.numpy()], expected, atol=1e-6)
 
 
 def test_later_training_changes_nothing() -> None:
     network, window = Root3dUnet(60), np.ones((8, 60), np.float32)
-    predict = unrolled(network)
+    predict = as_numpy_function(network)
     before = predict(window)
     torch.nn.init.zeros_(network.unet.head.weight)
     assert np.array_equal(predict(window), before)
@@ -37,5 +37,5 @@ def test_one_window_goes_through_the_whole_model(spec: RootSpec) -> None:
     model = RootModel(spec).eval()
     model.fit_normalisation(1.0 + 2.0 * torch.randn(50, spec.window, spec.features), 0.1 * torch.randn(50, spec.window, 3))
     windows = torch.randn(5, spec.window, spec.features)
-    predict = window_predictor(model)
+    predict = make_window_predictor(model)
     np.testing.assert_allclose([predict(window) for window in windows.numpy()], model(windows).numpy(), atol=1e-6)

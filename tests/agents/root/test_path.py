@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from agents.root.model import RootModel
-from agents.root.path import join, last_steps, root_path, weighted_step
+from agents.root.path import average_windows, final_window_steps, predict_root_path, weighted_step
 from agents.root.spec import RootSpec
 from agents.root.windows import window_targets
 from configs.errors import InputError
@@ -41,7 +41,7 @@ def test_first_order_of_a_perfect_model_shifts_by_a_quarter_step() -> None:
 def test_last_steps_are_differences_of_the_last_window() -> None:
     path = np.zeros((8, 3))
     path[:, 0] = [1, 3, 6, 10, 15, 21, 28, 36]  # steps 1, 2, .. 8
-    assert last_steps(path)[:, 0].tolist() == [2, 3, 4, 5, 6, 7]
+    assert final_window_steps(path)[:, 0].tolist() == [2, 3, 4, 5, 6, 7]
 
 
 @pytest.mark.parametrize("spec", [RootSpec(), PLANAR, RootSpec("planar_cnn", accelerations=False, target="root")])
@@ -49,7 +49,7 @@ def test_perfect_predictions_give_the_path_back(spec: RootSpec) -> None:
     frames = sliding(100, (0.03, 0.02, 0.0), heading=0.7)
     windows = torch.arange(100 - spec.window)
     paths = window_targets(spec, frames, windows).numpy()
-    steps, heights = join(spec, paths, frames.heading.numpy()[:-1], 7)
+    steps, heights = average_windows(spec, paths, frames.heading.numpy()[:-1], 7)
     expected = np.tile([0.03, 0.02, 0.0], (98, 1))
     np.testing.assert_allclose(steps, expected, atol=1e-5)
     if spec is PLANAR:
@@ -62,7 +62,7 @@ def test_overlapping_windows_are_averaged() -> None:
     spec = RootSpec("planar_unet", accelerations=False)
     paths = np.zeros((2, 64, 3))
     paths[:, :, 0] = np.arange(64) * np.array([[1.0], [3.0]])
-    steps, _ = join(spec, paths, np.zeros(65), 7)
+    steps, _ = average_windows(spec, paths, np.zeros(65), 7)
     assert steps[:, 0].tolist() == [1.0] + 62 * [2.0] + [3.0]
 
 
@@ -75,7 +75,7 @@ def test_a_centre_of_mass_leads_back_to_the_root() -> None:
     frames = RootFrames(*(part.numpy() for part in sliding(66, (0, 0, 0))))
     centre = np.zeros((66, 3), np.float32)
     centre[:, 0], centre[:, 2] = 0.1 * np.arange(66), 0.2
-    path = root_path(model, frames._replace(centre=centre), np.zeros(3))
+    path = predict_root_path(model, frames._replace(centre=centre), np.zeros(3))
     np.testing.assert_allclose(path[:, 0], -0.1 * np.arange(66), atol=1e-5)
     np.testing.assert_allclose(path[:, 2], 0.8, atol=1e-6)
 
@@ -84,10 +84,10 @@ def test_a_centre_of_mass_leads_back_to_the_root() -> None:
 def test_an_order_that_does_not_exist_is_one_line(order: int) -> None:
     frames = RootFrames(*(part.numpy() for part in sliding(20, (0, 0, 0))))
     with pytest.raises(InputError, match=f"order is {order}, should be from 0 to 7"):
-        root_path(RootModel(RootSpec()), frames, np.zeros(3), order)
+        predict_root_path(RootModel(RootSpec()), frames, np.zeros(3), order)
 
 
 def test_too_short_a_clip_says_what_is_needed() -> None:
     frames = RootFrames(*(part.numpy() for part in sliding(7, (0, 0, 0))))
     with pytest.raises(InputError, match=r"7 frames at 100 Hz is too short for root3d, which needs 8 \(0.08 s\)"):
-        root_path(RootModel(RootSpec()), frames, np.zeros(3))
+        predict_root_path(RootModel(RootSpec()), frames, np.zeros(3))

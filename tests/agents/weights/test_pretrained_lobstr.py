@@ -11,13 +11,13 @@ from safetensors import safe_open
 
 from agents.lobstr.model import LobstrModel
 from agents.lobstr.stream import LowerBodyStream
-from agents.weights.pretrained import SHIPPED_LOBSTR
+from agents.weights.pretrained import PRETRAINED_LOBSTR
 from datasets.motion.kinematics import resample
 from datasets.motion.rotation import to_matrix
 from datasets.synthetic.clips import FPS, stand, turn_on_the_spot, walk
-from datasets.synthetic.movement_style import draw_style
+from datasets.synthetic.movement_style import draw_movement_style
 from datasets.trackers.lower_body import leg_rotations, toe_contacts, toe_positions
-from datasets.trackers.trackers import RATE, TrackerPoses, tracker_poses
+from datasets.trackers.trackers import TRACKER_RATE_HZ, TrackerPoses, tracker_poses
 
 SECONDS = 8.0
 
@@ -25,15 +25,15 @@ SECONDS = 8.0
 @pytest.mark.parametrize("movement", ["stand", "turn", "walk"])
 def test_toes_are_found(movement: str) -> None:
     rng = np.random.default_rng(900)
-    style, t = draw_style("tester", rng), np.arange(round(SECONDS * FPS)) / FPS
+    style, t = draw_movement_style("tester", rng), np.arange(round(SECONDS * FPS)) / FPS
     made = {
         "stand": lambda: stand(t, style, rng),
         "turn": lambda: turn_on_the_spot(t, style, rng),
         "walk": lambda: walk(t, 1.2, style, rng),
     }
-    clip = resample(made[movement](), RATE)
+    clip = resample(made[movement](), TRACKER_RATE_HZ)
     joints = tracker_poses(clip)
-    stream, legs, contacts = LowerBodyStream(LobstrModel.load(SHIPPED_LOBSTR)[0], 1), [], []
+    stream, legs, contacts = LowerBodyStream(LobstrModel.load(PRETRAINED_LOBSTR)[0], 1), [], []
     for positions, rotations in zip(*joints, strict=True):
         turned, stands, warm = stream.push(np.array([0]), TrackerPoses(positions[None], rotations[None]))
         if warm[0]:
@@ -41,13 +41,13 @@ def test_toes_are_found(movement: str) -> None:
             contacts.append(stands[0])
     true = leg_rotations(clip.local_rotations)[-len(legs) :]
     errors = np.linalg.norm(toe_positions(to_matrix(np.array(legs))) - toe_positions(to_matrix(true)), axis=-1)
-    assert len(legs) > (SECONDS - 1.1) * RATE
+    assert len(legs) > (SECONDS - 1.1) * TRACKER_RATE_HZ
     assert errors.mean() < 0.0663
     assert np.mean(np.array(contacts) == toe_contacts(clip)[-len(legs) :]) > 0.8577
 
 
 def test_it_says_what_it_was_trained_on() -> None:
-    with safe_open(SHIPPED_LOBSTR, framework="pt") as file:
+    with safe_open(PRETRAINED_LOBSTR, framework="pt") as file:
         card = json.loads(file.metadata()["card"])
     assert card["data"]["motions"] == "cmu/train"
     assert all(clip.startswith(("cmu_", "synthetic_")) for clip in card["clips"])

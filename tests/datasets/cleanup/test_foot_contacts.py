@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from datasets.cleanup.foot_contacts import clean_labels, foot_contacts, spans
+from datasets.cleanup.foot_contacts import debounce_labels, detect_foot_contacts, true_spans
 from datasets.motion.clip import BodyMotion
 from datasets.motion.kinematics import resample
-from datasets.retarget.performer_clip import read_capture
+from datasets.retarget.performer_clip import load_performer_bvh
 from datasets.retarget.retarget import retarget
 from datasets.synthetic import clips as synthetic
 from datasets.synthetic.footsteps import FeetTrack
-from datasets.synthetic.movement_style import draw_style
+from datasets.synthetic.movement_style import draw_movement_style
 from tests.builders import posed
 
 
@@ -30,38 +30,38 @@ def moving(velocity: np.ndarray, fps: float = 60.0) -> BodyMotion:
 def test_short_contacts_go_before_short_gaps_are_filled() -> None:
     # Contacts of fewer than 3 frames go: the two in the middle of the first line; then gaps of fewer than 4 frames are filled: the
     # one of 3, but not that of 4, nor the one of 9 that the removed contact would have cut into 4 and 3.
-    assert (clean_labels(labels("####...####....###....##...###"), 3, 4) == labels("###########....###.........###")).all()
+    assert (debounce_labels(labels("####...####....###....##...###"), 3, 4) == labels("###########....###.........###")).all()
 
 
 def test_what_a_clip_begins_or_ends_in_may_be_longer_than_it_shows() -> None:
-    assert (clean_labels(labels("#........#"), 3, 4) == labels("#........#")).all()
-    assert (clean_labels(labels("..#####..."), 3, 4) == labels("..#####...")).all()
-    assert not clean_labels(labels("..##......"), 3, 4).any()
+    assert (debounce_labels(labels("#........#"), 3, 4) == labels("#........#")).all()
+    assert (debounce_labels(labels("..#####..."), 3, 4) == labels("..#####...")).all()
+    assert not debounce_labels(labels("..##......"), 3, 4).any()
 
 
 def test_spans_of_labels() -> None:
-    assert spans(labels("##..#")).tolist() == [[0, 2], [4, 5]]
-    assert spans(labels("...")).shape == (0, 2)
+    assert true_spans(labels("##..#")).tolist() == [[0, 2], [4, 5]]
+    assert true_spans(labels("...")).shape == (0, 2)
 
 
 def test_whoever_stands_stands_at_any_level() -> None:
     still = posed({}, frames=60)
     upstairs = replace(still, root_position=still.root_position + np.array([0.0, 0.0, 1.7]))
-    assert foot_contacts(still).all()
-    assert foot_contacts(upstairs).all()
+    assert detect_foot_contacts(still).all()
+    assert detect_foot_contacts(upstairs).all()
 
 
 @pytest.mark.parametrize(("speed", "stands"), [(0.35, True), (0.45, False)])
 def test_a_foot_that_slides_fast_does_not_stand(speed: float, stands: bool) -> None:  # the threshold is 0.4 m/s
     sliding = moving(np.tile([speed, 0.0, 0.0], (60, 1)))
-    assert (foot_contacts(sliding) == stands).all()
+    assert (detect_foot_contacts(sliding) == stands).all()
 
 
 def test_the_top_of_a_jump_is_no_contact() -> None:
     # Off at 2 m/s, free fall for 0.4 s: at the top the feet are slower than 0.4 m/s for 2 * 0.4 / 9.81 = 0.08 s, 8 frames of 100.
     flight = 2.0 - 9.81 * (np.arange(41) / 100.0)
     speed = np.concatenate([np.zeros(50), flight, np.zeros(50)])
-    contacts = foot_contacts(moving(np.stack([0.0 * speed, 0.0 * speed, speed], axis=1), fps=100.0))
+    contacts = detect_foot_contacts(moving(np.stack([0.0 * speed, 0.0 * speed, speed], axis=1), fps=100.0))
     assert contacts[:45].all()
     assert not contacts[55:86].any()
     assert contacts[96:].all()
@@ -69,8 +69,8 @@ def test_the_top_of_a_jump_is_no_contact() -> None:
 
 def test_a_foot_held_up_does_not_stand() -> None:
     lifted = posed({"thigh_l_y": -60.0, "shin_l_y": 80.0})
-    assert not foot_contacts(lifted)[:, 0].any()
-    assert foot_contacts(lifted)[:, 1].all()
+    assert not detect_foot_contacts(lifted)[:, 0].any()
+    assert detect_foot_contacts(lifted)[:, 1].all()
 
 
 def test_durations_are_seconds_whatever_the_rate() -> None:
@@ -80,7 +80,7 @@ def test_durations_are_seconds_whatever_the_rate() -> None:
         for seconds, stands in ((0.12, False), (0.03, True)):
             speed = np.zeros(round(2.0 * fps))
             speed[round(fps) : round((1.0 + seconds) * fps)] = 3.0
-            contacts = foot_contacts(moving(np.stack([0.0 * speed, speed, 0.0 * speed], axis=1), fps))
+            contacts = detect_foot_contacts(moving(np.stack([0.0 * speed, speed, 0.0 * speed], axis=1), fps))
             assert contacts.all() == stands
 
 
@@ -88,14 +88,14 @@ def test_durations_are_seconds_whatever_the_rate() -> None:
 def feet(monkeypatch: pytest.MonkeyPatch) -> list[FeetTrack]:
     """Return the list into which every synthetic clip that is made puts the exact track of its feet."""
     tracks: list[FeetTrack] = []
-    perform = synthetic.perform
-    monkeypatch.setattr(synthetic, "perform", lambda feet, carriage: (tracks.append(feet), perform(feet, carriage))[1])
+    perform = synthetic.solve_whole_body
+    monkeypatch.setattr(synthetic, "solve_whole_body", lambda feet, carriage: (tracks.append(feet), perform(feet, carriage))[1])
     return tracks
 
 
 def test_known_plants_are_found(feet: list[FeetTrack]) -> None:
     rng, t = np.random.default_rng(3), np.arange(480) / 60.0
-    style = draw_style("somebody", rng)
+    style = draw_movement_style("somebody", rng)
     clips = [
         synthetic.walk(t, 1.3, style, rng),
         synthetic.turn_on_the_spot(t, style, rng),
@@ -104,24 +104,24 @@ def test_known_plants_are_found(feet: list[FeetTrack]) -> None:
         synthetic.run(t, 2.4, style, rng),
     ]
     for clip, track in zip(clips, feet, strict=True):
-        found = foot_contacts(clip)
+        found = detect_foot_contacts(clip)
         for side in (0, 1):
             # Feet leave and meet the ground with no speed, so contacts are found to last a little longer than the plants.
             assert found[:, side][track.planted[:, side]].mean() > 0.97
-            assert len(spans(found[:, side])) == len(spans(track.planted[:, side]))
-            assert (found & ~track.planted)[:, side].sum() <= 10 * len(spans(~track.planted[:, side]))  # 5 frames at either end
+            assert len(true_spans(found[:, side])) == len(true_spans(track.planted[:, side]))
+            assert (found & ~track.planted)[:, side].sum() <= 10 * len(true_spans(~track.planted[:, side]))  # 5 frames at either end
 
 
 def test_another_rate_finds_the_same_plants(feet: list[FeetTrack]) -> None:
     rng = np.random.default_rng(4)
-    clip = synthetic.walk(np.arange(480) / 60.0, 1.2, draw_style("somebody", rng), rng)
-    coarse, fine = foot_contacts(resample(clip, 30.0)), foot_contacts(resample(clip, 120.0))
+    clip = synthetic.walk(np.arange(480) / 60.0, 1.2, draw_movement_style("somebody", rng), rng)
+    coarse, fine = detect_foot_contacts(resample(clip, 30.0)), detect_foot_contacts(resample(clip, 120.0))
     assert (fine[::4][: len(coarse)] == coarse[: len(fine[::4])]).mean() > 0.95
 
 
 @pytest.mark.shared_data
 def test_a_real_walker_nearly_always_stands_on_a_foot(shared_data: Path) -> None:
-    walk = retarget(read_capture(shared_data / "cmu" / "train" / "cmu_12_01.bvh")).motion
-    contacts = foot_contacts(walk)
+    walk = retarget(load_performer_bvh(shared_data / "cmu" / "train" / "cmu_12_01.bvh")).motion
+    contacts = detect_foot_contacts(walk)
     assert contacts.any(axis=1).mean() > 0.95
     assert 0.05 < contacts.all(axis=1).mean() < 0.45  # people who walk have both feet on the ground for about a quarter of the time

@@ -5,24 +5,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from datasets.cleanup.foot_lock import BLEND, lock_feet
-from datasets.ik.leg_ik import SHIN, THIGH
+from datasets.cleanup.foot_lock import BLEND_S, lock_feet
+from datasets.ik.leg_ik import SHIN_LENGTH_M, THIGH_LENGTH_M
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import FEET, NAMES
-from datasets.motion.kinematics import body_poses, lowest_points, sole_points, support_steps
-from datasets.motion.rotation import angle, conjugate, multiply
+from datasets.motion.humanoid import BODY_NAMES, FOOT_AND_TOE_BODIES
+from datasets.motion.kinematics import body_poses, lowest_point_heights, sole_points, support_steps
+from datasets.motion.rotation import conjugate, multiply, rotation_angle
 from datasets.synthetic import clips as synthetic
-from datasets.synthetic.movement_style import draw_style
+from datasets.synthetic.movement_style import draw_movement_style
 from tests.builders import posed
 
 KNEE = np.radians(60.0)  # flexion of the crouching figure
-LEGS = [NAMES.index(f"{part}_{side}") for part in ("thigh", "shin", "foot") for side in "lr"]
+LEGS = [BODY_NAMES.index(f"{part}_{side}") for part in ("thigh", "shin", "foot") for side in "lr"]
 
 
 def crouching(frames: int, knee: float = 60.0) -> BodyMotion:
     """Return a figure at rest with bent knees and flat soles, at height 0."""
     angles = {f"{part}_{side}_y": degrees for side in "lr" for part, degrees in (("thigh", -knee / 2), ("shin", knee), ("foot", -knee / 2))}
-    return posed(angles, frames, 0.03 + (THIGH + SHIN) * np.cos(np.radians(knee / 2)) + 0.08)
+    return posed(angles, frames, 0.03 + (THIGH_LENGTH_M + SHIN_LENGTH_M) * np.cos(np.radians(knee / 2)) + 0.08)
 
 
 def sliding(still: BodyMotion, velocity: tuple[float, float, float]) -> BodyMotion:
@@ -31,14 +31,14 @@ def sliding(still: BodyMotion, velocity: tuple[float, float, float]) -> BodyMoti
 
 
 def sole_heights(motion: BodyMotion) -> np.ndarray:
-    low = lowest_points(*body_poses(motion))
-    return np.stack([low[:, list(side)].min(axis=1) for side in FEET], axis=1)
+    low = lowest_point_heights(*body_poses(motion))
+    return np.stack([low[:, list(side)].min(axis=1) for side in FOOT_AND_TOE_BODIES], axis=1)
 
 
 def largest_step(motion: BodyMotion) -> float:
     """Return the largest turn [rad] of a leg's joint from one frame to the next."""
     q = motion.local_rotations[:, LEGS]
-    return float(angle(multiply(conjugate(q[:-1]), q[1:])).max())
+    return float(rotation_angle(multiply(conjugate(q[:-1]), q[1:])).max())
 
 
 def test_a_sliding_foot_becomes_exactly_still() -> None:
@@ -49,8 +49,10 @@ def test_a_sliding_foot_becomes_exactly_still() -> None:
     # In the middle of the way: 5 cm from where they were at first; where the sole points were in the middle frame.
     assert np.allclose(soles[0], sole_points(*body_poses(slides))[15], atol=1e-9)
     assert np.array_equal(locked.root_position, slides.root_position)
-    for foot, toe in FEET:
-        assert np.allclose(angle(multiply(conjugate(body_poses(slides)[1]), body_poses(locked)[1]))[:, [foot, toe]], 0.0, atol=1e-7)
+    for foot, toe in FOOT_AND_TOE_BODIES:
+        assert np.allclose(
+            rotation_angle(multiply(conjugate(body_poses(slides)[1]), body_poses(locked)[1]))[:, [foot, toe]], 0.0, atol=1e-7
+        )
 
 
 def test_a_foot_that_floats_or_sinks_is_put_on_the_ground() -> None:
@@ -75,18 +77,18 @@ def test_corrections_come_and_go_without_a_jump() -> None:
     contacts = np.zeros((91, 2), dtype=bool)
     contacts[30:61] = True
     locked = lock_feet(slides, contacts)
-    speed = 1.5 * 0.05 / BLEND + 0.2
-    d = np.hypot((THIGH + SHIN) * np.cos(KNEE / 2), 0.05)
+    speed = 1.5 * 0.05 / BLEND_S + 0.2
+    d = np.hypot((THIGH_LENGTH_M + SHIN_LENGTH_M) * np.cos(KNEE / 2), 0.05)
     sine = np.sin(KNEE - 0.15)  # the farther foot stretches the knee: 0.05^2 / (2 d) = 1.7 mm, about 0.02 rad, at least a little
-    bound = speed / 60.0 * (1.0 / d + 2.0 * d / (THIGH * SHIN * sine))
+    bound = speed / 60.0 * (1.0 / d + 2.0 * d / (THIGH_LENGTH_M * SHIN_LENGTH_M * sine))
     assert largest_step(slides) == pytest.approx(0.0, abs=1e-6)
     assert 0.0 < largest_step(locked) < bound
     soles = sole_points(*body_poses(locked))
     assert np.abs(np.diff(soles[30:61], axis=0)).max() < 1e-9
-    away = round(BLEND * 60.0)
+    away = round(BLEND_S * 60.0)
     assert np.allclose(soles[: 30 - away], sole_points(*body_poses(slides))[: 30 - away], atol=1e-9)
     # No foot starts or stops at once: a Hermite curve of place c = 5 cm and slope m = 0.2 m/s * L accelerates by (6 c + 4 m) / L^2 at most.
-    assert np.abs(np.diff(soles, n=2, axis=0)).max() * 60.0**2 < (6.0 * 0.05 + 4.0 * 0.2 * BLEND) / BLEND**2
+    assert np.abs(np.diff(soles, n=2, axis=0)).max() * 60.0**2 < (6.0 * 0.05 + 4.0 * 0.2 * BLEND_S) / BLEND_S**2
 
 
 def test_a_short_gap_is_crossed_from_one_correction_to_the_next() -> None:
@@ -113,22 +115,22 @@ def test_a_leg_too_short_stretches_without_a_pop() -> None:
 def test_a_knee_bent_backward_bends_forward_as_much() -> None:
     backward = posed({"thigh_l_y": 5.0, "shin_l_y": -10.0, "foot_l_y": 5.0}, frames=20)
     locked = lock_feet(backward, np.zeros((20, 2), dtype=bool))
-    shin = locked.local_rotations[:, NAMES.index("shin_l")]
+    shin = locked.local_rotations[:, BODY_NAMES.index("shin_l")]
     assert np.allclose(np.degrees(2.0 * np.arctan2(shin[:, 2], shin[:, 0])), 10.0)
-    foot = NAMES.index("foot_l")
+    foot = BODY_NAMES.index("foot_l")
     assert np.allclose(body_poses(locked)[0][:, foot], body_poses(backward)[0][:, foot], atol=1e-9)
 
 
 def test_without_contacts_nothing_changes() -> None:
     rng = np.random.default_rng(0)
-    walk = synthetic.walk(np.arange(360) / 60.0, 1.2, draw_style("somebody", rng), rng)
+    walk = synthetic.walk(np.arange(360) / 60.0, 1.2, draw_movement_style("somebody", rng), rng)
     locked = lock_feet(walk, np.zeros((len(walk), 2), dtype=bool))
     assert np.abs(np.abs(np.sum(locked.local_rotations * walk.local_rotations, axis=-1)) - 1.0).max() < 1e-9
 
 
 def test_a_walk_whose_root_is_too_fast_walks_without_sliding() -> None:
     rng = np.random.default_rng(1)
-    walk = synthetic.walk(np.arange(480) / 60.0, 1.2, draw_style("somebody", rng), rng)
+    walk = synthetic.walk(np.arange(480) / 60.0, 1.2, draw_movement_style("somebody", rng), rng)
     fast = replace(walk, root_position=walk.root_position * np.array([1.1, 1.0, 1.0]))
     slides = [
         np.linalg.norm(support_steps(sole_points(*body_poses(clip)))[..., :2], axis=-1) * 60.0 for clip in (walk, fast, lock_feet(fast))

@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from datasets.cleanup.live_foot_lock import RELEASE_FRAMES, ContactHold
+from datasets.cleanup.live_foot_lock import RELEASE_FRAMES, LiveFootLock
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import NAMES
+from datasets.motion.humanoid import BODY_NAMES
 from datasets.motion.kinematics import body_poses
-from datasets.motion.rotation import about_axis, angle, from_rotation_vector
+from datasets.motion.rotation import from_axis_angle, from_rotation_vector, rotation_angle
 from datasets.motion.t_pose import PELVIS_HEIGHT
 
-TOES = [NAMES.index("toe_l"), NAMES.index("toe_r")]
-SHINS = [NAMES.index("shin_l"), NAMES.index("shin_r")]
-LEFT_LEG = [NAMES.index(name) for name in ("thigh_l", "shin_l", "foot_l")]
+TOES = [BODY_NAMES.index("toe_l"), BODY_NAMES.index("toe_r")]
+SHINS = [BODY_NAMES.index("shin_l"), BODY_NAMES.index("shin_r")]
+LEFT_LEG = [BODY_NAMES.index(name) for name in ("thigh_l", "shin_l", "foot_l")]
 ONE = np.array([0])
 BOTH, NEITHER, LEFT = np.array([[True, True]]), np.array([[False, False]]), np.array([[True, False]])
 
@@ -23,7 +23,7 @@ def standing(users: int = 1, bend: float = 20.0) -> np.ndarray:
     local[..., 0] = 1.0
     for side in "lr":
         for name, degrees in (("thigh", -bend), ("shin", 2.0 * bend), ("foot", -bend)):
-            local[:, NAMES.index(f"{name}_{side}")] = about_axis(np.array([0.0, 1.0, 0.0]), np.array(np.radians(degrees)))
+            local[:, BODY_NAMES.index(f"{name}_{side}")] = from_axis_angle(np.array([0.0, 1.0, 0.0]), np.array(np.radians(degrees)))
     return local
 
 
@@ -43,7 +43,7 @@ def knees(local: np.ndarray) -> np.ndarray:
 
 
 def test_feet_keep_still_while_the_body_sways() -> None:
-    hold, pose = ContactHold(1), standing()
+    hold, pose = LiveFootLock(1), standing()
     start = toes(root(), pose)
     held = hold.step(ONE, root(), pose, BOTH)
     assert held == pytest.approx(pose, abs=1e-12)  # where contact begins, nothing has to change
@@ -54,13 +54,13 @@ def test_feet_keep_still_while_the_body_sways() -> None:
         assert toes(place, held) == pytest.approx(start, abs=0.0005)
         assert np.all(knees(held) > 40.0)
         changed = [body for body in range(20) if not np.array_equal(held[0, body], pose[0, body])]
-        assert [NAMES[body] for body in changed] == [f"{name}_{side}" for side in "lr" for name in ("thigh", "shin", "foot")]
+        assert [BODY_NAMES[body] for body in changed] == [f"{name}_{side}" for side in "lr" for name in ("thigh", "shin", "foot")]
     level = body_poses(BodyMotion(place, held, 45.0, "last"))[1][0, LEFT_LEG[2]]
-    assert angle(level) < np.radians(1.0)  # thigh and knee do it, the foot stays level
+    assert rotation_angle(level) < np.radians(1.0)  # thigh and knee do it, the foot stays level
 
 
 def test_a_foot_without_contact_is_left_alone() -> None:
-    hold, pose = ContactHold(1), standing()
+    hold, pose = LiveFootLock(1), standing()
     hold.step(ONE, root(), pose, LEFT)
     held = hold.step(ONE, root(0.05), pose, LEFT)
     assert toes(root(0.05), held)[0, 0] == pytest.approx(toes(root(), pose)[0, 0], abs=0.0005)
@@ -70,7 +70,7 @@ def test_a_foot_without_contact_is_left_alone() -> None:
 def test_release_goes_along_a_shifted_sine() -> None:
     # The body has moved on by 0.06 m when contact ends. Of these a toe has made up 1/2 + 1/2 sin(pi (k / 10 - 1/2)) in frame k: half
     # after 5 frames, (1 - cos 36) / 2 = 0.0955 after 2, and all after 10.
-    hold, pose = ContactHold(1), standing()
+    hold, pose = LiveFootLock(1), standing()
     start = toes(root(), pose)[0]
     hold.step(ONE, root(), pose, BOTH)
     hold.step(ONE, root(0.06), pose, BOTH)
@@ -85,7 +85,7 @@ def test_release_goes_along_a_shifted_sine() -> None:
 
 
 def test_contact_again_while_released_begins_where_the_foot_is_then() -> None:
-    hold, pose = ContactHold(1), standing()
+    hold, pose = LiveFootLock(1), standing()
     freed = hold.step(ONE, root(), pose, BOTH)
     for _ in range(5):
         freed = hold.step(ONE, root(0.06), pose, NEITHER)
@@ -99,7 +99,7 @@ def test_contact_again_while_released_begins_where_the_foot_is_then() -> None:
 def test_a_leg_too_short_is_straight_and_never_bent_backward() -> None:
     # Straight legs reach PELVIS_HEIGHT; the body is raised 0.15 m over that, so that the toes stay at least 0.15 m short, less what
     # lifting the heels gives: ankle to toe-base is sqrt(0.13^2 + 0.06^2) = 0.143 m long, of which 0.06 m already point down.
-    hold, pose = ContactHold(1), standing()
+    hold, pose = LiveFootLock(1), standing()
     start = toes(root(), pose)
     held, highest = hold.step(ONE, root(), pose, BOTH), PELVIS_HEIGHT + 0.15
     for height in np.linspace(0.89, highest, 30):
@@ -112,14 +112,14 @@ def test_a_leg_too_short_is_straight_and_never_bent_backward() -> None:
 
 
 def test_a_knee_that_is_asked_to_bend_backward_is_straight_at_most() -> None:
-    hold, pose = ContactHold(1), standing(bend=-4.0)
+    hold, pose = LiveFootLock(1), standing(bend=-4.0)
     assert np.all(knees(pose) == pytest.approx(-8.0))
     hold.step(ONE, root(), pose, BOTH)
     assert np.all(knees(hold.step(ONE, root(0.01), pose, BOTH)) >= 0.0)
 
 
 def test_a_foot_wanted_far_away_is_let_go() -> None:
-    hold, pose = ContactHold(1), standing()
+    hold, pose = LiveFootLock(1), standing()
     start = toes(root(), pose)
     hold.step(ONE, root(), pose, BOTH)
     held = freed = hold.step(ONE, root(0.24), pose, BOTH)
@@ -133,7 +133,7 @@ def test_a_foot_wanted_far_away_is_let_go() -> None:
 
 def test_users_do_not_disturb_each_other() -> None:
     rng = np.random.default_rng(0)
-    together, alone = ContactHold(4), [ContactHold(4) for _ in range(3)]
+    together, alone = LiveFootLock(4), [LiveFootLock(4) for _ in range(3)]
     rows = np.array([2, 0, 3])
     for _ in range(40):
         place = np.array([0.0, 0.0, 0.89]) + rng.uniform(-0.05, 0.05, (3, 3))
@@ -147,7 +147,7 @@ def test_users_do_not_disturb_each_other() -> None:
 
 
 def test_reset_frees_the_feet_of_some() -> None:
-    hold, pose = ContactHold(2), standing(2)
+    hold, pose = LiveFootLock(2), standing(2)
     rows, both = np.array([0, 1]), np.ones((2, 2), dtype=bool)
     hold.step(rows, np.repeat(root(), 2, axis=0), pose, both)
     hold.reset(np.array([1]))

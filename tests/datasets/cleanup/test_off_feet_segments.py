@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from datasets.cleanup.off_feet_segments import off_the_ground
+from datasets.cleanup.off_feet_segments import find_off_feet_spans
 from datasets.ik.leg_ik import leg_ik
 from datasets.imu.suit_simulation import simulate_suit
 from datasets.library.sources import load_clips
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import BODY_COUNT, NAMES, SKELETON
-from datasets.motion.rotation import about_axis, conjugate, multiply
+from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES, SKELETON
+from datasets.motion.rotation import conjugate, from_axis_angle, multiply
 from datasets.synthetic.clips import synthetic_clips
 from tests.builders import STANDING, posed
 
@@ -42,14 +42,14 @@ def figure(pelvis: np.ndarray, left: np.ndarray | None = None, right: np.ndarray
     local = np.zeros((frames, BODY_COUNT, 4))
     local[..., 0] = 1.0
     depth = (STANDING - pelvis[:, 1]) / max(STANDING - pelvis[:, 1].min(), 1e-9)
-    local[:, NAMES.index("spine")] = about_axis(Y, np.radians(lean) * depth)
+    local[:, BODY_NAMES.index("spine")] = from_axis_angle(Y, np.radians(lean) * depth)
     for side, sole in (("l", left), ("r", right)):
-        thigh, shin, foot = (NAMES.index(f"{part}_{side}") for part in ("thigh", "shin", "foot"))
+        thigh, shin, foot = (BODY_NAMES.index(f"{part}_{side}") for part in ("thigh", "shin", "foot"))
         hip = root + SKELETON.offsets[thigh]
         at = np.zeros((frames, 2)) if sole is None else sole
         ankle = np.stack([at[:, 0], hip[:, 1], at[:, 1] + ANKLE], axis=1)
         thigh_w, flexion = leg_ik(hip, ankle, np.tile([1.0, 0.0, 0.0], (frames, 1)))
-        local[:, thigh], local[:, shin] = thigh_w, about_axis(Y, flexion)
+        local[:, thigh], local[:, shin] = thigh_w, from_axis_angle(Y, flexion)
         local[:, foot] = conjugate(multiply(thigh_w, local[:, shin]))
     return BodyMotion(root, local, FPS, "figure")
 
@@ -63,7 +63,7 @@ def tilted(angles: dict[str, float], pitch: float, height: float) -> BodyMotion:
     """Return 3 s of a pose whose pelvis is tilted forward by ``pitch`` [degrees]."""
     clip = posed(angles, frames=180, height=height)
     local = clip.local_rotations.copy()
-    local[:, 0] = about_axis(Y, np.radians(pitch))
+    local[:, 0] = from_axis_angle(Y, np.radians(pitch))
     return replace(clip, local_rotations=local)
 
 
@@ -77,14 +77,14 @@ def test_who_sits_on_a_chair_sits_from_going_down_to_having_got_up(velocity: tup
     # are the thighs from there to the knees above the ankles, the rest at 0: the centre is near -0.31 m, the heels are at -0.06 m.
     # The pelvis falls by 0.41 m in 1.5 s: it passes 0.90 m at 2.11 s, and 7.89 s on its way up; margins of 0.25 s. The faulty clip
     # floats 0.4 m and more high, skates at 0.3 m/s and rises at 3 cm/s.
-    (span,) = off_the_ground(moved(on_a_chair(), np.array(velocity), lift))
+    (span,) = find_off_feet_spans(moved(on_a_chair(), np.array(velocity), lift))
     assert span.reason == "sits or is held"
     assert abs(span.start / FPS - 1.86) < 0.03
     assert abs(span.stop / FPS - 8.14) < 0.03
 
 
 def test_a_suit_s_errors_do_not_hide_who_sits() -> None:
-    (span,) = off_the_ground(simulate_suit(on_a_chair(), seed=0).faulty)
+    (span,) = find_off_feet_spans(simulate_suit(on_a_chair(), seed=0).faulty)
     assert span.reason == "sits or is held"
     assert span.start < 2.5 * FPS
     assert span.stop > 7.5 * FPS
@@ -92,7 +92,7 @@ def test_a_suit_s_errors_do_not_hide_who_sits() -> None:
 
 def test_a_chair_that_is_left_at_once_is_none() -> None:  # 0.2 s of sitting, within 0.75 s of a low pelvis
     clip = figure(track((0, 0, 0.93), (2, 0, 0.93), (2.4, -0.42, 0.52), (2.6, -0.42, 0.52), (3, 0, 0.93), (5, 0, 0.93)))
-    assert off_the_ground(clip) == []
+    assert find_off_feet_spans(clip) == []
 
 
 def test_squats_and_lunges_stand_on_their_feet() -> None:
@@ -100,23 +100,23 @@ def test_squats_and_lunges_stand_on_their_feet() -> None:
     # near 0: all between heels at -0.06 m and toes at 0.2 m. Lunge: the pelvis is half way between feet 1 m apart.
     squat = figure(track((0, 0, 0.93), (1, 0, 0.93), (2, -0.2, 0.4), (5, -0.2, 0.4), (6, 0, 0.93)), lean=45.0)
     lunge = figure(track((0, 0, 0.5), (4, 0, 0.5)), track((0, 0.5, 0), (4, 0.5, 0)), track((0, -0.5, 0), (4, -0.5, 0)))
-    assert off_the_ground(squat) == []
-    assert off_the_ground(lunge) == []
+    assert find_off_feet_spans(squat) == []
+    assert find_off_feet_spans(lunge) == []
 
 
 def test_who_sits_on_the_ground_sits() -> None:  # legs straight ahead, so that the feet are where no weight is
     legs = {"thigh_l_y": -90.0, "thigh_r_y": -90.0}
-    assert off_the_ground(tilted(legs, 0.0, 0.08)) == [(0, 180, "sits or is held")]
+    assert find_off_feet_spans(tilted(legs, 0.0, 0.08)) == [(0, 180, "sits or is held")]
 
 
 def test_who_lies_or_crawls_is_on_more_than_feet() -> None:
     # On the back, the pelvis 0.1 m over the ground. On hands and knees: the thighs hang down from hips 0.51 m high, so the knees are at
     # 0.09 m, the feet 0.41 m behind them; the trunk rises forward by 20 degrees to shoulders 0.52 + 0.47 sin 20 = 0.68 m high, and the
     # arms, 0.66 m long, reach the ground. What is ahead of the pelvis weighs more than the legs, so the centre of mass is far from feet.
-    assert off_the_ground(tilted({}, -90.0, 0.1)) == [(0, 180, "lies")]
+    assert find_off_feet_spans(tilted({}, -90.0, 0.1)) == [(0, 180, "lies")]
     arms = {"upper_arm_l_z": -90.0, "upper_arm_r_z": 90.0}
     legs = {f"{part}_{side}_y": angle for side in "lr" for part, angle in (("thigh", -70.0), ("shin", 90.0), ("foot", 90.0))}
-    assert off_the_ground(tilted(arms | legs, 70.0, 0.52)) == [(0, 180, "kneels or crawls")]
+    assert find_off_feet_spans(tilted(arms | legs, 70.0, 0.52)) == [(0, 180, "kneels or crawls")]
 
 
 def onto_a_step(rise: float) -> BodyMotion:
@@ -130,15 +130,15 @@ def onto_a_step(rise: float) -> BodyMotion:
 @pytest.mark.parametrize("rooted", [True, False])
 def test_who_stands_on_a_step_has_climbed_until_the_end(rooted: bool) -> None:
     # A foot's speeds are averaged over 5 frames, so that it stands up to 2 frames longer: 1.0 s + 0.03 s - 0.25 s of margin.
-    (span,) = off_the_ground(replace(onto_a_step(0.2), rooted=rooted))
+    (span,) = find_off_feet_spans(replace(onto_a_step(0.2), rooted=rooted))
     assert span.reason == "climbs"
     assert abs(span.start / FPS - 0.77) < 0.05
     assert span.stop == 300
 
 
 def test_what_a_suit_gets_wrong_is_no_step() -> None:
-    assert off_the_ground(onto_a_step(0.1)) == []
-    assert off_the_ground(moved(posed({}, frames=300), np.array([0.0, 0.0, 0.1]), 0.46)) == []
+    assert find_off_feet_spans(onto_a_step(0.1)) == []
+    assert find_off_feet_spans(moved(posed({}, frames=300), np.array([0.0, 0.0, 0.1]), 0.46)) == []
 
 
 def test_who_comes_down_again_is_back_on_the_ground() -> None:
@@ -148,7 +148,7 @@ def test_who_comes_down_again_is_back_on_the_ground() -> None:
         root_position=np.concat([up.root_position, up.root_position[::-1]]),
         local_rotations=np.concat([up.local_rotations, up.local_rotations[::-1]]),
     )
-    (span,) = off_the_ground(there_and_back)
+    (span,) = find_off_feet_spans(there_and_back)
     assert abs(span.start + span.stop - 600) <= 2  # the same forwards as backwards
     assert span.stop < 600 - 0.6 * FPS
 
@@ -157,10 +157,10 @@ def test_a_jump_onto_a_box_counts_where_heights_were_recorded() -> None:
     # Both feet leave the ground together and land 0.4 m higher within 0.5 s: no frame shows both levels.
     rise = track((0, 0, 0), (2, 0, 0), (2.3, 0, 0.6), (2.5, 0, 0.4), (5, 0, 0.4))
     clip = figure(rise + np.array([0.0, 0.9]), rise, rise)
-    (span,) = off_the_ground(clip)
+    (span,) = find_off_feet_spans(clip)
     assert span.reason == "climbs"
     assert span.stop == 300
-    assert off_the_ground(replace(clip, rooted=False)) == []
+    assert find_off_feet_spans(replace(clip, rooted=False)) == []
 
 
 @pytest.mark.parametrize(("seconds", "found"), [(0.6, []), (3.0, ["hangs or is carried"])])
@@ -171,12 +171,12 @@ def test_nobody_jumps_for_seconds(seconds: float, found: list[str]) -> None:
     still = posed({}, frames=len(height))
     along = np.where(height > 0, 1.0, 0.0).cumsum() / FPS
     clip = replace(still, root_position=still.root_position + np.stack([along, 0 * along, height], axis=1))
-    assert [span.reason for span in off_the_ground(clip)] == found
+    assert [span.reason for span in find_off_feet_spans(clip)] == found
 
 
 def test_of_synthetic_motion_only_stairs_need_more_than_level_ground() -> None:
     for clip in synthetic_clips(seed=5, performer_count=1, seconds=6.0):
-        assert {span.reason for span in off_the_ground(clip)} == ({"climbs"} if clip.kind == "stairs" else set()), clip.name
+        assert {span.reason for span in find_off_feet_spans(clip)} == ({"climbs"} if clip.kind == "stairs" else set()), clip.name
 
 
 @pytest.mark.shared_data
@@ -195,7 +195,7 @@ def test_of_synthetic_motion_only_stairs_need_more_than_level_ground() -> None:
 )
 def test_real_dancers_fighters_and_jumpers_are_on_the_ground(shared_data: Path, file: str) -> None:
     (clip,) = load_clips(shared_data / file)
-    assert off_the_ground(clip) == []
+    assert find_off_feet_spans(clip) == []
 
 
 @pytest.mark.shared_data
@@ -203,7 +203,7 @@ def test_a_real_dancer_who_is_let_down_by_her_partner_is_found_there(shared_data
     # By the recording: from 12.3 to 13.2 s and from 13.7 to 14.7 s her pelvis is 0.3 to 0.4 m above her soles and her centre of mass up to
     # 0.15 m beyond them; she begins to go down at 10.0 s and is up at 18.0 s. Elsewhere she dances on her feet.
     (clip,) = load_clips(shared_data / "cmu/train/cmu_salsa_01.bvh")
-    (span,) = off_the_ground(clip)
+    (span,) = find_off_feet_spans(clip)
     assert span.reason == "sits or is held"
     assert 9.5 * FPS < span.start < 10.7 * FPS
     assert 14.7 * FPS < span.stop < 18.3 * FPS
@@ -212,7 +212,7 @@ def test_a_real_dancer_who_is_let_down_by_her_partner_is_found_there(shared_data
 @pytest.mark.shared_data
 def test_a_real_climber_is_found_on_his_boxes(shared_data: Path) -> None:
     (clip,) = load_clips(shared_data / "noncommercial/pfnn/train/pfnn_NewCaptures10_000.bvh")
-    spans = off_the_ground(clip)
+    spans = find_off_feet_spans(clip)
     assert {span.reason for span in spans} == {"climbs"}
     high = clip.root_position[:, 2] > 1.2  # nobody's pelvis is there who stands on the ground
     assert high.sum() > 2 * FPS

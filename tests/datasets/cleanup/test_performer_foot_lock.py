@@ -5,20 +5,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from datasets.cleanup.foot_lock import BLEND
-from datasets.cleanup.performer_foot_lock import plant_feet
-from datasets.ik.leg_ik import SHIN, THIGH
+from datasets.cleanup.foot_lock import BLEND_S
+from datasets.cleanup.performer_foot_lock import lock_performer_feet
+from datasets.ik.leg_ik import SHIN_LENGTH_M, THIGH_LENGTH_M
 from datasets.motion.clip import BodyMotion, Motion
-from datasets.motion.humanoid import FEET
-from datasets.motion.kinematics import body_poses, joint_poses, lowest_points
-from datasets.motion.rotation import angle, conjugate, cross, multiply
-from datasets.retarget.performer_clip import capture
-from datasets.retarget.retarget import Retargeted, retarget, retarget_again
-from datasets.retarget.transfer_back import transfer
+from datasets.motion.humanoid import FOOT_AND_TOE_BODIES
+from datasets.motion.kinematics import body_poses, joint_poses, lowest_point_heights
+from datasets.motion.rotation import conjugate, cross, multiply, rotation_angle
+from datasets.retarget.performer_clip import performer_clip_from_bvh
+from datasets.retarget.retarget import Retargeted, retarget, retarget_with
+from datasets.retarget.transfer_back import transfer_back
 from tests.builders import as_bvh, posed
 
 FACTORS = {"LeftLeg": 0.9, "LeftFoot": 1.1, "RightLeg": 0.9, "RightFoot": 1.1, "LeftUpLeg": 1.3, "RightUpLeg": 1.3}
-SCALE = (THIGH + SHIN) / (0.9 * THIGH + 1.1 * SHIN)  # ours over the performer's
+SCALE = (THIGH_LENGTH_M + SHIN_LENGTH_M) / (0.9 * THIGH_LENGTH_M + 1.1 * SHIN_LENGTH_M)  # ours over the performer's
 FRAMES = 91
 LEVEL = np.ones(FRAMES, dtype=bool)
 
@@ -30,7 +30,7 @@ def performer(knee: float = 60.0) -> Retargeted:
     offsets = bvh.offsets.copy()
     for joint, factor in FACTORS.items():
         offsets[bvh.names.index(joint)] *= factor
-    return retarget(capture(replace(bvh, offsets=offsets), "clip"))
+    return retarget(performer_clip_from_bvh(replace(bvh, offsets=offsets), "clip"))
 
 
 def moving(motion: BodyMotion, velocity: tuple[float, float, float]) -> BodyMotion:
@@ -51,57 +51,57 @@ def ankles(motion: Motion) -> np.ndarray:
 
 def sole_heights(retargeted: Retargeted, motion: Motion) -> np.ndarray:
     """Return the heights [m] of the 20 bodies' soles, shape (T, 2)."""
-    low = lowest_points(*body_poses(retarget_again(retargeted, motion)))
-    return np.stack([low[:, list(side)].min(axis=1) for side in FEET], axis=1)
+    low = lowest_point_heights(*body_poses(retarget_with(retargeted, motion)))
+    return np.stack([low[:, list(side)].min(axis=1) for side in FOOT_AND_TOE_BODIES], axis=1)
 
 
 def test_a_foot_that_slides_in_contact_stands_still_on_the_performers_own_skeleton() -> None:
     one = performer()
     assert one.scale == pytest.approx(SCALE)
-    slides = transfer(one, moving(one.motion, (0.2, 0.0, 0.0)))
+    slides = transfer_back(one, moving(one.motion, (0.2, 0.0, 0.0)))
     # 20 cm/s of ours are 20 / SCALE of the performer's
     assert np.diff(ankles(slides)[..., 0], axis=0) * 60.0 == pytest.approx(0.2 / SCALE, abs=1e-9)
-    planted = plant_feet(slides, one, standing(30, 60), LEVEL)
+    planted = lock_performer_feet(slides, one, standing(30, 60), LEVEL)
     assert (
         np.abs(np.diff(ankles(planted)[30:61], axis=0)).max() < 1e-4
     )  # 0.1 mm in a frame: toes and edges of the 20 bodies tell when a foot rolls
     # In the middle of the way: where they were in frame 45
     assert ankles(planted)[45] == pytest.approx(ankles(slides)[45], abs=1e-9)
-    away = round(BLEND * 60.0)
+    away = round(BLEND_S * 60.0)
     outside = np.r_[0 : 31 - away, 60 + away : FRAMES]
     assert ankles(planted)[outside] == pytest.approx(ankles(slides)[outside], abs=1e-9)
     assert np.array_equal(planted.local_positions, slides.local_positions)
     feet = [slides.skeleton.index(name) for name in ("LeftFoot", "RightFoot", "LeftToeBase", "RightToeBase")]
-    assert angle(multiply(conjugate(joint_poses(slides)[1]), joint_poses(planted)[1]))[:, feet].max() < 1e-7
+    assert rotation_angle(multiply(conjugate(joint_poses(slides)[1]), joint_poses(planted)[1]))[:, feet].max() < 1e-7
     # A Hermite curve of place c = 5 cm and slope m = 0.2 m/s * BLEND accelerates by (6 c + 4 m) / BLEND^2 at most, in our size
-    bound = (6.0 * 0.05 + 4.0 * 0.2 * BLEND) / BLEND**2 / SCALE
+    bound = (6.0 * 0.05 + 4.0 * 0.2 * BLEND_S) / BLEND_S**2 / SCALE
     assert np.abs(np.diff(ankles(planted), n=2, axis=0)).max() * 60.0**2 < bound
 
 
 @pytest.mark.parametrize("height", [0.03, -0.03])
 def test_a_foot_in_contact_is_put_on_the_ground(height: float) -> None:
     one = performer()
-    away = transfer(one, replace(one.motion, root_position=one.motion.root_position + np.array([0.0, 0.0, height])))
-    planted = plant_feet(away, one, standing(0, FRAMES - 1), LEVEL)
+    away = transfer_back(one, replace(one.motion, root_position=one.motion.root_position + np.array([0.0, 0.0, height])))
+    planted = lock_performer_feet(away, one, standing(0, FRAMES - 1), LEVEL)
     # The performer's ankles are where they were when he stood on the ground himself
-    assert ankles(planted) == pytest.approx(ankles(one.capture.motion), abs=1e-9)
+    assert ankles(planted) == pytest.approx(ankles(one.performer_clip.motion), abs=1e-9)
     assert sole_heights(one, planted) == pytest.approx(np.zeros((FRAMES, 2)), abs=0.001)
 
 
 def test_a_foot_out_of_contact_is_lifted_out_of_the_ground_and_else_left_alone() -> None:
     one = performer()
-    sinks = transfer(one, replace(one.motion, root_position=one.motion.root_position - np.array([0.0, 0.0, 0.04])))
-    planted = plant_feet(sinks, one, standing(1, 0), LEVEL)
-    assert ankles(planted) == pytest.approx(ankles(one.capture.motion), abs=1e-9)
-    floats = transfer(one, replace(one.motion, root_position=one.motion.root_position + np.array([0.0, 0.0, 0.02])))
-    assert plant_feet(floats, one, standing(1, 0), LEVEL).local_rotations == pytest.approx(floats.local_rotations, abs=1e-6)
+    sinks = transfer_back(one, replace(one.motion, root_position=one.motion.root_position - np.array([0.0, 0.0, 0.04])))
+    planted = lock_performer_feet(sinks, one, standing(1, 0), LEVEL)
+    assert ankles(planted) == pytest.approx(ankles(one.performer_clip.motion), abs=1e-9)
+    floats = transfer_back(one, replace(one.motion, root_position=one.motion.root_position + np.array([0.0, 0.0, 0.02])))
+    assert lock_performer_feet(floats, one, standing(1, 0), LEVEL).local_rotations == pytest.approx(floats.local_rotations, abs=1e-6)
 
 
 def test_feet_below_the_ground_stay_there_where_it_is_not_level() -> None:
     # Going down stairs: 30 cm under the ground, first of all by standing there; then, where it is level, they are lifted.
     one = performer()
-    low = transfer(one, replace(one.motion, root_position=one.motion.root_position - np.array([0.0, 0.0, 0.3])))
-    planted = plant_feet(low, one, standing(0, 29), np.arange(FRAMES) >= 60)
+    low = transfer_back(one, replace(one.motion, root_position=one.motion.root_position - np.array([0.0, 0.0, 0.3])))
+    planted = lock_performer_feet(low, one, standing(0, 29), np.arange(FRAMES) >= 60)
     assert ankles(planted)[:60] == pytest.approx(ankles(low)[:60], abs=1e-9)
     rise = (ankles(planted) - ankles(low))[60:, :, 2]
     assert rise == pytest.approx(0.3 / SCALE, abs=1e-3)  # toes that are let go, too
@@ -109,30 +109,30 @@ def test_feet_below_the_ground_stay_there_where_it_is_not_level() -> None:
 
 def test_an_already_clean_clip_is_not_moved() -> None:
     one = performer()
-    planted = plant_feet(one.capture.motion, one, standing(0, FRAMES - 1), LEVEL)
-    assert ankles(planted) == pytest.approx(ankles(one.capture.motion), abs=1e-9)
+    planted = lock_performer_feet(one.performer_clip.motion, one, standing(0, FRAMES - 1), LEVEL)
+    assert ankles(planted) == pytest.approx(ankles(one.performer_clip.motion), abs=1e-9)
 
 
 def test_flicker_in_the_contacts_is_forgiven() -> None:
     one = performer()
-    slides = transfer(one, moving(one.motion, (0.2, 0.0, 0.0)))
+    slides = transfer_back(one, moving(one.motion, (0.2, 0.0, 0.0)))
     flickering = standing(20, 70)
     flickering[[30, 31, 50]] = False  # 0.15 s would be a step
-    steady_ones = plant_feet(slides, one, standing(20, 70), LEVEL)
-    assert plant_feet(slides, one, flickering, LEVEL).local_rotations == pytest.approx(steady_ones.local_rotations)
+    steady_ones = lock_performer_feet(slides, one, standing(20, 70), LEVEL)
+    assert lock_performer_feet(slides, one, flickering, LEVEL).local_rotations == pytest.approx(steady_ones.local_rotations)
 
 
 def test_a_leg_too_short_stays_short_of_its_place_without_a_pop() -> None:
     # Knees bent by 6 degrees: the legs lack about 1 mm to be straight, and 15 cm of sliding ask for more
     one = performer(knee=6.0)
-    slides = transfer(one, moving(one.motion, (0.2, 0.0, 0.0)))
-    planted = plant_feet(slides, one, standing(0, FRAMES - 1), LEVEL)
-    thigh, knee, foot = (one.capture.motion.skeleton.index(name) for name in ("LeftUpLeg", "LeftLeg", "LeftFoot"))
+    slides = transfer_back(one, moving(one.motion, (0.2, 0.0, 0.0)))
+    planted = lock_performer_feet(slides, one, standing(0, FRAMES - 1), LEVEL)
+    thigh, knee, foot = (one.performer_clip.motion.skeleton.index(name) for name in ("LeftUpLeg", "LeftLeg", "LeftFoot"))
     at = joint_poses(planted)[0]
-    bones = 0.9 * THIGH + 1.1 * SHIN
+    bones = 0.9 * THIGH_LENGTH_M + 1.1 * SHIN_LENGTH_M
     assert np.linalg.norm(at[:, foot] - at[:, thigh], axis=-1).max() < bones
     bend = cross(at[:, knee] - at[:, thigh], at[:, foot] - at[:, knee])
     assert bend[:, 1].min() > -1e-9  # it never bends backward
-    turn = angle(multiply(conjugate(planted.local_rotations[1:]), planted.local_rotations[:-1]))
+    turn = rotation_angle(multiply(conjugate(planted.local_rotations[1:]), planted.local_rotations[:-1]))
     # The leg swings by 0.2 m/s over 0.82 m, 0.25 rad/s; a knee that popped straight would turn by 0.1 rad in a frame, 6 rad/s
     assert turn.max() * 60.0 < 1.0

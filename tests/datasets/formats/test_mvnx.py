@@ -10,9 +10,9 @@ from datasets.formats import mvnx
 from datasets.formats.mvnx import read_mvnx
 from datasets.imu.recording import read_imu_recording
 from datasets.imu.sensor_model import SENSOR_BODIES
-from datasets.library.sources import find_files, load_clips, load_recordings
-from datasets.motion.humanoid import NAMES
-from eval.metrics.artefacts import distance_local
+from datasets.library.sources import find_motion_files, load_clips, load_source_motions
+from datasets.motion.humanoid import BODY_NAMES
+from eval.metrics.artefacts import mean_distance_local_mm
 
 # Segment, parent, origin [m] of someone in a T-pose who faces x. The leg is 0.50 + 0.5375 m, ours is 0.83: scale 0.8, hips as well
 SEGMENTS: dict[str, tuple[str, tuple[float, float, float]]] = {
@@ -70,7 +70,7 @@ def test_accelerations_are_turned_and_scaled_as_the_clip_is(tmp_path: Path) -> N
     # Facing y became facing x, a quarter turn to the right: (x, y) is at (y, -x). The pelvis' x of 0, 1, 2 at 50 Hz is
     # 0, 0.5, 1, 1.5, 2 at 100 Hz. Times 0.8: (2 * 0.8, -0.8 * that, 0.5 * 0.8)
     pelvis = np.array([[1.6, -0.8 * x, 0.4] for x in (0.0, 0.5, 1.0, 1.5, 2.0)])
-    found = dict(zip((NAMES[body] for body in SENSOR_BODIES), recording.accelerations.transpose(1, 0, 2), strict=True))
+    found = dict(zip((BODY_NAMES[body] for body in SENSOR_BODIES), recording.accelerations.transpose(1, 0, 2), strict=True))
     np.testing.assert_allclose(found["pelvis"], pelvis, atol=1e-6)
     np.testing.assert_allclose(found["hand_l"], [[6.4, -5.6, 7.2]] * 5, atol=1e-6)
     for body in ("head", "hand_r", "toe_l"):  # in a still pose all that has no sensor goes with the pelvis
@@ -88,8 +88,8 @@ def test_segments_rate_and_tips_are_read(tmp_path: Path) -> None:
     found = read_mvnx(_file(tmp_path, _text(THREE)))
     assert (found.segments, found.sensors, found.fps) == (tuple(SEGMENTS), ("Pelvis", "LeftHand"), 50.0)
     assert found.parents[:5] == (-1, 0, 1, 2, 3) and found.segments[found.parents[15]] == "Pelvis"
-    np.testing.assert_array_equal(found.tips[found.segments.index("Head")], [0.0, 0.0, 0.1])
-    np.testing.assert_array_equal(found.tips[found.segments.index("T8")], [0.0, 0.0, 0.0])
+    np.testing.assert_array_equal(found.end_offsets[found.segments.index("Head")], [0.0, 0.0, 0.1])
+    np.testing.assert_array_equal(found.end_offsets[found.segments.index("T8")], [0.0, 0.0, 0.0])
 
 
 def test_a_document_type_is_refused_unless_it_is_commented_out(tmp_path: Path) -> None:
@@ -145,17 +145,17 @@ def test_the_real_file_is_its_bvh_twin_with_accelerations(shared_data: Path) -> 
     upper = ("pelvis", "chest", "head", *(f"{part}_{side}" for side in "lr" for part in ("collar", "upper_arm", "forearm", "hand")))
     assert recording.measured == upper  # the suit was worn without the legs' sensors
     twin = load_clips(file.with_suffix(".bvh"))[0]  # its first frame, a T-pose, is dropped
-    assert distance_local(recording.motion.cut(1, 112), twin) < 1.0  # mm
+    assert mean_distance_local_mm(recording.motion.cut(1, 112), twin) < 1.0  # mm
     assert np.abs(recording.accelerations.mean(axis=0)).max() < 0.5  # of someone seated: gravity is not in there
-    hand = recording.accelerations[:, SENSOR_BODIES.index(NAMES.index("hand_l"))]
+    hand = recording.accelerations[:, SENSOR_BODIES.index(BODY_NAMES.index("hand_l"))]
     assert np.linalg.norm(hand, axis=1).max() > 5.0  # she beats time
 
 
 def test_a_motion_source_prefers_the_file_with_accelerations(tmp_path: Path) -> None:
     _file(tmp_path, _text(THREE))
     (tmp_path / "clip.bvh").write_text("whatever")
-    (one,) = load_recordings(tmp_path)
-    assert find_files(tmp_path) == [tmp_path / "clip.mvnx"]
+    (one,) = load_source_motions(tmp_path)
+    assert find_motion_files(tmp_path) == [tmp_path / "clip.mvnx"]
     assert (one.clip.name, one.clip.system, one.clip.fps) == ("clip", "imu", 60.0)
     # Three frames at 50 fps last 0.04 s: frames 0, 1, 2 at 60 fps, which end at 0.033 s, and samples 0 to 3 at 100 Hz.
     assert len(one.clip) == 3

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from datasets.ik.leg_ik import SHIN, THIGH, leg_ik
-from datasets.motion.rotation import about_axis, multiply, rotate
+from datasets.ik.leg_ik import SHIN_LENGTH_M, THIGH_LENGTH_M, leg_ik
+from datasets.motion.rotation import from_axis_angle, multiply, rotate
 
-DOWN_THIGH, DOWN_SHIN = np.array([0.0, 0.0, -THIGH]), np.array([0.0, 0.0, -SHIN])
+DOWN_THIGH, DOWN_SHIN = np.array([0.0, 0.0, -THIGH_LENGTH_M]), np.array([0.0, 0.0, -SHIN_LENGTH_M])
 
 
 def test_a_right_angle_at_the_knee() -> None:
@@ -34,7 +34,7 @@ def test_the_ankle_is_reached_and_the_knee_points_forward() -> None:
     forward = np.stack([np.cos(yaw), np.sin(yaw), 0.0 * yaw], axis=1)
     thigh, flexion = leg_ik(hip, ankle, forward)
     knee = hip + rotate(thigh, np.broadcast_to(DOWN_THIGH, (200, 3)))
-    shin = multiply(thigh, about_axis(np.array([0.0, 1.0, 0.0]), flexion))
+    shin = multiply(thigh, from_axis_angle(np.array([0.0, 1.0, 0.0]), flexion))
     assert np.allclose(knee + rotate(shin, np.broadcast_to(DOWN_SHIN, (200, 3))), ankle, atol=1e-12)
     assert np.all(np.sum((knee - 0.5 * (hip + ankle)) * forward, axis=1) > 0)
     assert np.all(flexion > 0)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from datasets.ik.two_bone_ik import SLACK, bend_normal, reach, within_reach
-from datasets.motion.rotation import about_axis, angle, cross, rotate
+from datasets.ik.two_bone_ik import SLACK, bend_normal, limit_reach, solve_two_bone_ik
+from datasets.motion.rotation import cross, from_axis_angle, rotate, rotation_angle
 
 LEFT = np.array([[0.0, 1.0, 0.0]])
 DOWN = np.array([[0.0, 0.0, -1.0]])
@@ -12,7 +12,7 @@ DOWN = np.array([[0.0, 0.0, -1.0]])
 
 def leg(knee: float, thigh: float = 0.4, shin: float = 0.4) -> tuple[np.ndarray, np.ndarray]:
     """Return thigh and shin [m] of a leg that faces x and whose knee is bent by ``knee`` degrees, backward if negative."""
-    return thigh * DOWN, shin * rotate(about_axis(LEFT, np.radians([knee])), DOWN)
+    return thigh * DOWN, shin * rotate(from_axis_angle(LEFT, np.radians([knee])), DOWN)
 
 
 def bend(upper: np.ndarray, lower: np.ndarray) -> float:
@@ -21,15 +21,15 @@ def bend(upper: np.ndarray, lower: np.ndarray) -> float:
 
 
 def moved(upper: np.ndarray, lower: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    turns = reach(upper, lower, target, LEFT)
+    turns = solve_two_bone_ik(upper, lower, target, LEFT)
     return rotate(turns[0], upper), rotate(turns[1], lower)
 
 
 def test_a_limb_that_ends_there_already_keeps_still() -> None:
     for knee in (60.0, 1.0, 0.0, -8.0):  # backward, too
         upper, lower = leg(knee)
-        turns = reach(upper, lower, upper + lower, LEFT)
-        assert angle(np.concat(turns)).max() < 1e-7
+        turns = solve_two_bone_ik(upper, lower, upper + lower, LEFT)
+        assert rotation_angle(np.concat(turns)).max() < 1e-7
 
 
 def test_the_ankle_is_reached_and_the_knee_bends_on() -> None:
@@ -42,7 +42,7 @@ def test_the_ankle_is_reached_and_the_knee_bends_on() -> None:
 
 def test_a_knee_keeps_the_side_to_which_it_points() -> None:
     # The whole leg is turned by 40 degrees about the vertical: its knee points there before and after. The hinge says so only roughly.
-    turn = about_axis(-DOWN, np.radians([40.0]))
+    turn = from_axis_angle(-DOWN, np.radians([40.0]))
     upper, lower = (rotate(turn, bone) for bone in leg(50.0))
     new_upper, new_lower = moved(upper, lower, 0.9 * (upper + lower))
     assert cross(new_upper, new_lower)[0] / np.linalg.norm(cross(new_upper, new_lower)) == pytest.approx(rotate(turn, LEFT)[0], abs=1e-9)
@@ -59,10 +59,10 @@ def test_a_knee_bent_backward_comes_round_without_a_jump() -> None:
 
 def test_a_limb_too_short_stops_softly() -> None:
     old = np.array([[0.0, 0.0, -0.9]])  # 0.1 m less than straight
-    assert within_reach(old, (0.9 + 0.1 * SLACK) / 0.9 * old, 1.0) == pytest.approx((0.9 + 0.1 * SLACK) / 0.9 * old)
+    assert limit_reach(old, (0.9 + 0.1 * SLACK) / 0.9 * old, 1.0) == pytest.approx((0.9 + 0.1 * SLACK) / 0.9 * old)
     # Half of the 0.1 m is given exactly, of the other 0.05 m a share of 1 - 1/e when 0.05 m more are asked for
-    assert np.linalg.norm(within_reach(old, np.array([[0.0, 0.0, -1.0]]), 1.0)) == pytest.approx(0.95 + 0.05 * (1.0 - np.exp(-1.0)))
-    assert np.linalg.norm(within_reach(old, np.array([[0.0, 0.0, -9.0]]), 1.0)) == pytest.approx(1.0)
+    assert np.linalg.norm(limit_reach(old, np.array([[0.0, 0.0, -1.0]]), 1.0)) == pytest.approx(0.95 + 0.05 * (1.0 - np.exp(-1.0)))
+    assert np.linalg.norm(limit_reach(old, np.array([[0.0, 0.0, -9.0]]), 1.0)) == pytest.approx(1.0)
 
 
 def test_little_bent_limbs_bend_about_the_calibrated_axis_and_clearly_bent_ones_about_their_own() -> None:

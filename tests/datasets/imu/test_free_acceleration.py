@@ -8,12 +8,12 @@ import pytest
 from datasets.imu.free_acceleration import accelerations_from_pose, fill_accelerations
 from datasets.imu.sensor_model import SENSOR_BODIES
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import NAMES
+from datasets.motion.humanoid import BODY_NAMES
 from datasets.motion.kinematics import linear_acceleration
-from datasets.motion.rotation import about_axis
+from datasets.motion.rotation import from_axis_angle
 from tests.builders import posed
 
-HAND = SENSOR_BODIES.index(NAMES.index("hand_l"))
+HAND = SENSOR_BODIES.index(BODY_NAMES.index("hand_l"))
 # Left of the pelvis in a T-pose: collar 0.03, upper arm 0.15, forearm 0.28, hand 0.25, centre of the hand 0.08 further
 HAND_LEFT = 0.79
 
@@ -22,7 +22,7 @@ def _turning(rate: float, frames: int = 200, fps: float = 100.0) -> BodyMotion:
     """Return a T-pose that turns about the vertical with ``rate`` [rad/s]."""
     clip = replace(posed({}, frames), fps=fps)
     local = clip.local_rotations.copy()
-    local[:, 0] = about_axis(np.array([0.0, 0.0, 1.0]), rate * np.arange(frames) / fps)
+    local[:, 0] = from_axis_angle(np.array([0.0, 0.0, 1.0]), rate * np.arange(frames) / fps)
     return replace(clip, local_rotations=local)
 
 
@@ -57,9 +57,9 @@ def test_short_clips_have_accelerations_too(frames: int) -> None:
 def test_a_body_without_a_sensor_moves_with_the_pelvis_and_by_its_pose() -> None:
     clip = _turning(2.0)
     pelvis, foot = np.tile([1.0, 2.0, 3.0], (200, 1)), np.tile([9.0, 8.0, 7.0], (200, 1))
-    filled = fill_accelerations(clip, {NAMES.index("pelvis"): pelvis, NAMES.index("foot_r"): foot})
-    np.testing.assert_array_equal(filled[:, SENSOR_BODIES.index(NAMES.index("pelvis"))], pelvis)
-    np.testing.assert_array_equal(filled[:, SENSOR_BODIES.index(NAMES.index("foot_r"))], foot)
+    filled = fill_accelerations(clip, {BODY_NAMES.index("pelvis"): pelvis, BODY_NAMES.index("foot_r"): foot})
+    np.testing.assert_array_equal(filled[:, SENSOR_BODIES.index(BODY_NAMES.index("pelvis"))], pelvis)
+    np.testing.assert_array_equal(filled[:, SENSOR_BODIES.index(BODY_NAMES.index("foot_r"))], foot)
     # at 1 s as above, and the pelvis' own centre lies on the axis
     expected = [1 - 4 * HAND_LEFT * np.cos(np.pi / 2 + 2), 2 - 4 * HAND_LEFT * np.sin(np.pi / 2 + 2), 3.0]
     np.testing.assert_allclose(filled[100, HAND], expected, atol=5e-3)
@@ -68,6 +68,6 @@ def test_a_body_without_a_sensor_moves_with_the_pelvis_and_by_its_pose() -> None
 def test_the_pelvis_must_be_measured_and_the_spine_cannot_be() -> None:
     clip, track = _turning(0.0), np.zeros((200, 3))
     with pytest.raises(ValueError, match="no pelvis"):
-        fill_accelerations(clip, {NAMES.index("head"): track})
+        fill_accelerations(clip, {BODY_NAMES.index("head"): track})
     with pytest.raises(ValueError, match="spine"):
-        fill_accelerations(clip, {NAMES.index("pelvis"): track, NAMES.index("spine"): track})
+        fill_accelerations(clip, {BODY_NAMES.index("pelvis"): track, BODY_NAMES.index("spine"): track})

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from configs.errors import InputError
-from datasets.imu.root_features import face_forward, root_frames
-from datasets.motion.humanoid import NAMES
+from datasets.imu.root_features import root_frames, to_heading_frame
+from datasets.motion.humanoid import BODY_NAMES
 from tests.builders import posed
 
 
@@ -17,7 +17,7 @@ def test_joints_are_about_the_pelvis_and_the_root_is_the_truths() -> None:
     frames = root_frames(clip, None, truth)
     assert len(frames.heading) == 101  # a second at 60 fps and its end, at 100 Hz
     # The left foot of the T-pose: hip 0.09 aside and 0.03 down, thigh 0.42, shin 0.41.
-    np.testing.assert_allclose(frames.joints[50, NAMES.index("foot_l")], [0.0, 0.09, -0.86], atol=1e-6)
+    np.testing.assert_allclose(frames.joints[50, BODY_NAMES.index("foot_l")], [0.0, 0.09, -0.86], atol=1e-6)
     np.testing.assert_allclose(frames.root[50], [5.0, 0.0, 2.0], atol=1e-6)
     np.testing.assert_allclose(frames.com[50] - frames.root[50], frames.centre[50], atol=1e-6)
     assert not frames.accelerations.any()
@@ -45,5 +45,5 @@ def test_gravity_that_was_left_in_is_noticed() -> None:
 
 
 def test_facing_forward_turns_about_the_vertical() -> None:
-    turned = face_forward(np.array([[[0.0, 2.0, 3.0]], [[1.0, 0.0, 0.0]]]), np.array([np.pi / 2, np.pi / 2]))
+    turned = to_heading_frame(np.array([[[0.0, 2.0, 3.0]], [[1.0, 0.0, 0.0]]]), np.array([np.pi / 2, np.pi / 2]))
     np.testing.assert_allclose(turned, [[[2.0, 0.0, 3.0]], [[0.0, -1.0, 0.0]]], atol=1e-12)

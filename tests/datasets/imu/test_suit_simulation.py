@@ -5,12 +5,12 @@ import time
 import numpy as np
 import pytest
 
-from datasets.imu.sensor_model import CALIBRATION, SENSOR_BODIES, START, SuitNoise, record
+from datasets.imu.sensor_model import CALIBRATION_SAMPLES, CLIP_START_SAMPLE, SENSOR_BODIES, SuitNoise, simulate_sensors
 from datasets.imu.suit_simulation import body_orientations, fit_skeleton, sensor_orientations, simulate_suit, track_root
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import BODY_COUNT, NAMES, hinge_angles, local_rotations
+from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES, hinge_angles, rotations_from_hinges
 from datasets.motion.kinematics import body_poses
-from datasets.motion.rotation import about_axis, angle, conjugate, multiply
+from datasets.motion.rotation import conjugate, from_axis_angle, multiply, rotation_angle
 
 STANDING = 0.94  # m, of the pelvis
 X, Y, Z = np.eye(3)
@@ -22,11 +22,11 @@ def squats(seconds: float = 6.0, fps: float = 60.0) -> BodyMotion:
     bend = 0.5 * (1 - np.cos(2 * np.pi * 0.5 * time_))  # rad, 0 to 1
     local = np.tile([1.0, 0.0, 0.0, 0.0], (len(time_), BODY_COUNT, 1))
     for side, s in (("l", 1.0), ("r", -1.0)):
-        local[:, NAMES.index(f"thigh_{side}")] = about_axis(Y, -bend)
-        local[:, NAMES.index(f"shin_{side}")] = about_axis(Y, 2 * bend)
-        local[:, NAMES.index(f"foot_{side}")] = about_axis(Y, -bend)
-        local[:, NAMES.index(f"upper_arm_{side}")] = about_axis(X, -s * (1.2 - bend))
-        local[:, NAMES.index(f"forearm_{side}")] = about_axis(Z, -s * bend)
+        local[:, BODY_NAMES.index(f"thigh_{side}")] = from_axis_angle(Y, -bend)
+        local[:, BODY_NAMES.index(f"shin_{side}")] = from_axis_angle(Y, 2 * bend)
+        local[:, BODY_NAMES.index(f"foot_{side}")] = from_axis_angle(Y, -bend)
+        local[:, BODY_NAMES.index(f"upper_arm_{side}")] = from_axis_angle(X, -s * (1.2 - bend))
+        local[:, BODY_NAMES.index(f"forearm_{side}")] = from_axis_angle(Z, -s * bend)
     root = np.zeros((len(time_), 3))
     root[:, 0] = -0.01 * np.sin(bend) + 0.01  # (0.41 - 0.42) sin: keeps the ankles where they are
     root[:, 2] = 0.03 + 0.83 * np.cos(bend) + 0.08
@@ -35,12 +35,12 @@ def squats(seconds: float = 6.0, fps: float = 60.0) -> BodyMotion:
 
 def error_degrees(clip: BodyMotion, truth: BodyMotion) -> np.ndarray:
     """Return the mean angle [deg] between the bodies of two clips, shape (20,)."""
-    return np.degrees(angle(multiply(conjugate(body_poses(truth)[1]), body_poses(clip)[1]))).mean(axis=0)
+    return np.degrees(rotation_angle(multiply(conjugate(body_poses(truth)[1]), body_poses(clip)[1]))).mean(axis=0)
 
 
 def test_clean_squats_are_what_they_claim() -> None:
     """The fixture's feet do not move, else the tests below would test nothing."""
-    feet = body_poses(squats())[0][:, [NAMES.index("foot_l"), NAMES.index("foot_r")]]
+    feet = body_poses(squats())[0][:, [BODY_NAMES.index("foot_l"), BODY_NAMES.index("foot_r")]]
     assert feet == pytest.approx(np.broadcast_to(feet[:1], feet.shape), abs=1e-9)
     assert feet[..., 2] == pytest.approx(0.08)
 
@@ -68,8 +68,8 @@ def test_faulty_clip_is_a_pair_of_the_clean_one() -> None:
 def test_faulty_pose_is_one_that_the_hinges_can_take() -> None:
     """The hinge angles reproduce every rotation, knees and hands included."""
     faulty = simulate_suit(squats(2.0), seed=3).faulty
-    again = local_rotations(faulty.local_rotations[:, 0], hinge_angles(faulty.local_rotations))
-    assert angle(multiply(conjugate(again), faulty.local_rotations)).max() < 1e-6
+    again = rotations_from_hinges(faulty.local_rotations[:, 0], hinge_angles(faulty.local_rotations))
+    assert rotation_angle(multiply(conjugate(again), faulty.local_rotations)).max() < 1e-6
 
 
 def test_seed_decides() -> None:
@@ -95,9 +95,9 @@ def test_errors_grow_with_severity() -> None:
 def test_vqf_finds_the_sensors() -> None:
     """At rest, with perfect sensors, the filter finds every orientation within half a degree, heading included."""
     still = squats().cut(0, 2)
-    recording = record(still, SuitNoise().scaled(0.0), np.random.default_rng(6))
-    found = sensor_orientations(recording)[CALIBRATION]
-    assert np.degrees(angle(multiply(conjugate(recording.orientations[CALIBRATION]), found))).max() < 0.5
+    recording = simulate_sensors(still, SuitNoise().scaled(0.0), np.random.default_rng(6))
+    found = sensor_orientations(recording)[CALIBRATION_SAMPLES]
+    assert np.degrees(rotation_angle(multiply(conjugate(recording.orientations[CALIBRATION_SAMPLES]), found))).max() < 0.5
 
 
 def test_calibration_removes_mounting_and_heading() -> None:
@@ -105,32 +105,34 @@ def test_calibration_removes_mounting_and_heading() -> None:
     rng = np.random.default_rng(7)
     mounting = rng.standard_normal((19, 4))
     mounting /= np.linalg.norm(mounting, axis=1, keepdims=True)
-    heading, turned = about_axis(Z, np.array(0.7)), about_axis(Z, np.array(1.2))
-    sensors = np.tile(multiply(heading, mounting), (START + 1, 1, 1))
+    heading, turned = from_axis_angle(Z, np.array(0.7)), from_axis_angle(Z, np.array(1.2))
+    sensors = np.tile(multiply(heading, mounting), (CLIP_START_SAMPLE + 1, 1, 1))
     sensors[-1] = multiply(turned, mounting)
     bodies = body_orientations(sensors, 0.7)
-    assert angle(multiply(conjugate(heading), bodies[0])) == pytest.approx(0.0, abs=1e-7)
-    assert angle(multiply(conjugate(turned), bodies[-1])) == pytest.approx(0.0, abs=1e-7)
+    assert rotation_angle(multiply(conjugate(heading), bodies[0])) == pytest.approx(0.0, abs=1e-7)
+    assert rotation_angle(multiply(conjugate(turned), bodies[-1])) == pytest.approx(0.0, abs=1e-7)
 
 
 def test_spine_lies_halfway() -> None:
     """A chest that is bent forward by 0.6 rad bends spine and chest by 0.3 each."""
     bodies = np.tile([1.0, 0.0, 0.0, 0.0], (1, 19, 1))
-    upper = [i for i, b in enumerate(SENSOR_BODIES) if not NAMES[b].startswith(("pelvis", "thigh", "shin", "foot", "toe"))]
-    bodies[:, upper] = about_axis(Y, np.array(0.6))
+    upper = [i for i, b in enumerate(SENSOR_BODIES) if not BODY_NAMES[b].startswith(("pelvis", "thigh", "shin", "foot", "toe"))]
+    bodies[:, upper] = from_axis_angle(Y, np.array(0.6))
     local = fit_skeleton(bodies)
     for name in ("spine", "chest"):
-        assert local[0, NAMES.index(name)] == pytest.approx(about_axis(Y, np.array(0.3)))
+        assert local[0, BODY_NAMES.index(name)] == pytest.approx(from_axis_angle(Y, np.array(0.3)))
 
 
 def test_knee_keeps_only_its_hinge() -> None:
     """A shin measured as bent by 0.8 rad and twisted by 0.3 bends by 0.8 and twists not at all; the foot stays as measured."""
     bodies = np.tile([1.0, 0.0, 0.0, 0.0], (1, 19, 1))
-    bodies[0, SENSOR_BODIES.index(NAMES.index("shin_l"))] = multiply(about_axis(Y, np.array(0.8)), about_axis(Z, np.array(0.3)))
+    bodies[0, SENSOR_BODIES.index(BODY_NAMES.index("shin_l"))] = multiply(
+        from_axis_angle(Y, np.array(0.8)), from_axis_angle(Z, np.array(0.3))
+    )
     local = fit_skeleton(bodies)[0]
     # The twist part of (cos .4, 0, sin .4, 0)(cos .15, 0, 0, sin .15) about y is (cos .4 cos .15, sin .4 cos .15): 0.8 rad.
-    assert local[NAMES.index("shin_l")] == pytest.approx(about_axis(Y, np.array(0.8)))
-    assert local[NAMES.index("foot_l")] == pytest.approx(about_axis(Y, np.array(-0.8)))
+    assert local[BODY_NAMES.index("shin_l")] == pytest.approx(from_axis_angle(Y, np.array(0.8)))
+    assert local[BODY_NAMES.index("foot_l")] == pytest.approx(from_axis_angle(Y, np.array(-0.8)))
 
 
 def jump() -> BodyMotion:
@@ -146,8 +148,8 @@ def jump() -> BodyMotion:
     bend = np.arccos(np.array(leg) / 0.83)
     local = np.tile([1.0, 0.0, 0.0, 0.0], (180, BODY_COUNT, 1))
     for side in "lr":
-        local[:, NAMES.index(f"thigh_{side}")] = local[:, NAMES.index(f"foot_{side}")] = about_axis(Y, -bend)
-        local[:, NAMES.index(f"shin_{side}")] = about_axis(Y, 2 * bend)
+        local[:, BODY_NAMES.index(f"thigh_{side}")] = local[:, BODY_NAMES.index(f"foot_{side}")] = from_axis_angle(Y, -bend)
+        local[:, BODY_NAMES.index(f"shin_{side}")] = from_axis_angle(Y, 2 * bend)
     return BodyMotion(np.column_stack([np.zeros(180), np.zeros(180), 0.11 + np.array(hip)]), local, 60.0, "jump")
 
 
@@ -166,8 +168,8 @@ def test_standing_foot_stays_and_stands_on_the_ground() -> None:
     tilt = 0.1 * np.sin(2 * np.pi * 0.5 * np.arange(300) / 100.0)
     local = np.tile([1.0, 0.0, 0.0, 0.0], (300, BODY_COUNT, 1))
     for side in "lr":  # thighs swing back by -tilt while the pelvis stays upright: the hips move forward over the feet
-        local[:, NAMES.index(f"thigh_{side}")] = about_axis(Y, tilt)
-        local[:, NAMES.index(f"foot_{side}")] = about_axis(Y, -tilt)
+        local[:, BODY_NAMES.index(f"thigh_{side}")] = from_axis_angle(Y, tilt)
+        local[:, BODY_NAMES.index(f"foot_{side}")] = from_axis_angle(Y, -tilt)
     x = 0.83 * np.sin(tilt)
     acceleration = np.zeros((300, 3))
     acceleration[:, 0] = np.gradient(np.gradient(x, 0.01), 0.01)

@@ -7,7 +7,7 @@ import pytest
 
 from configs.errors import InputError
 from datasets.formats.bvh import write_bvh
-from datasets.library.sources import find_files, load_clips
+from datasets.library.sources import find_motion_files, load_clips
 from tests.builders import as_bvh, lively, posed
 from tests.datasets.formats.bvh_fuzzer import mutate
 
@@ -53,9 +53,9 @@ def test_a_broken_file_is_named(folder: Path) -> None:
 
 def test_sources_that_are_none_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"nowhere: no such file or folder.*'synthetic'"):
-        find_files(tmp_path / "nowhere")
+        find_motion_files(tmp_path / "nowhere")
     with pytest.raises(InputError, match="no BVH or MVNX file here or below"):
-        find_files(tmp_path)
+        find_motion_files(tmp_path)
 
 
 def test_an_index_without_a_column_is_refused(folder: Path) -> None:

@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import NAMES
+from datasets.motion.humanoid import BODY_NAMES
 from datasets.motion.kinematics import (
+    align_quaternion_signs,
     angular_velocity,
     body_poses,
     centre_of_mass,
-    continuous,
     linear_velocity,
-    lowest_points,
+    lowest_point_heights,
     resample,
     resample_to,
 )
-from datasets.motion.rotation import about_axis, multiply
+from datasets.motion.rotation import from_axis_angle, multiply
 from tests.builders import STANDING, posed
 
 Z = np.array([0.0, 0.0, 1.0])
@@ -28,7 +28,7 @@ def spinning(fps: float, frames: int, speed: float) -> BodyMotion:
     """Return a T-pose that turns about the vertical at ``speed`` [rad/s] and rises by half t^2 [m]."""
     time = np.arange(frames) / fps
     rotations = np.tile([1.0, 0, 0, 0], (frames, 20, 1))
-    rotations[:, 0] = about_axis(Z, speed * time)
+    rotations[:, 0] = from_axis_angle(Z, speed * time)
     root = np.stack([2.0 * time, 0.0 * time, STANDING + 0.5 * time**2], axis=1)
     return BodyMotion(root, rotations, fps, "spinning", "ann")
 
@@ -47,7 +47,7 @@ def test_one_frame_stands_still() -> None:
 
 def test_angular_velocity_is_in_the_worlds_axes() -> None:
     # A body pitched face down, then turned about the vertical at 2 rad/s: the rate is about the world's z, not the body's.
-    turning = multiply(about_axis(Z, 2.0 * np.arange(5) / 60.0), np.tile(FACE_DOWN, (5, 1)))
+    turning = multiply(from_axis_angle(Z, 2.0 * np.arange(5) / 60.0), np.tile(FACE_DOWN, (5, 1)))
     flipped = turning * np.array([1.0, -1, 1, 1, -1])[:, None]  # the same rotations
     assert np.allclose(angular_velocity(turning, 60.0), [0, 0, 2])
     assert np.allclose(angular_velocity(flipped, 60.0), [0, 0, 2])
@@ -55,7 +55,7 @@ def test_angular_velocity_is_in_the_worlds_axes() -> None:
 
 def test_angular_velocity_that_grows() -> None:
     # Steps of 0.1 and 0.3 rad at 10 fps: 1, then (1 + 3) / 2, then 3 rad/s.
-    turning = about_axis(Z, np.array([0.0, 0.1, 0.4]))
+    turning = from_axis_angle(Z, np.array([0.0, 0.1, 0.4]))
     assert np.allclose(angular_velocity(turning, 10.0)[:, 2], [1, 2, 3])
 
 
@@ -63,9 +63,9 @@ def test_bodies_move_round_the_turning_root() -> None:
     # The left hand is 0.71 from the vertical through the pelvis. Turned by 90 degrees it points along -x.
     motion = posed({}, 2)
     rotations = motion.local_rotations.copy()
-    rotations[:, 0] = about_axis(Z, np.array([0.0, np.pi / 2]))
+    rotations[:, 0] = from_axis_angle(Z, np.array([0.0, np.pi / 2]))
     positions, _ = body_poses(replace(motion, local_rotations=rotations))
-    assert np.allclose(positions[:, NAMES.index("hand_l")], [[0, 0.71, STANDING + 0.47], [-0.71, 0, STANDING + 0.47]])
+    assert np.allclose(positions[:, BODY_NAMES.index("hand_l")], [[0, 0.71, STANDING + 0.47], [-0.71, 0, STANDING + 0.47]])
 
 
 def test_centre_of_mass_of_the_t_pose() -> None:
@@ -81,7 +81,7 @@ def test_centre_of_mass_of_the_t_pose() -> None:
 def test_lowest_points_of_the_t_pose() -> None:
     # Soles at zero. Shin: knee at 0.49 over the ground, its capsule ends 0.36 lower, radius 0.05: 0.08. Hand: 0.94 + 0.47 - 0.035.
     # Head: its ball's centre 0.54 + 0.13 over the pelvis, radius 0.10: 0.94 + 0.57.
-    lowest = dict(zip(NAMES, lowest_points(*body_poses(posed({}, 1)))[0], strict=True))
+    lowest = dict(zip(BODY_NAMES, lowest_point_heights(*body_poses(posed({}, 1)))[0], strict=True))
     expected = {"foot_l": 0.0, "toe_r": 0.0, "shin_l": 0.08, "hand_r": 1.375, "head": 1.51}
     assert {name: lowest[name] for name in expected} == pytest.approx(expected, abs=1e-12)
 
@@ -92,15 +92,15 @@ def test_lowest_points_lying_face_down() -> None:
     motion = posed({}, 1, height=1.0)
     rotations = motion.local_rotations.copy()
     rotations[:, 0] = FACE_DOWN
-    lowest = dict(zip(NAMES, lowest_points(*body_poses(replace(motion, local_rotations=rotations)))[0], strict=True))
+    lowest = dict(zip(BODY_NAMES, lowest_point_heights(*body_poses(replace(motion, local_rotations=rotations)))[0], strict=True))
     expected = {"pelvis": 0.91, "head": 0.88, "toe_l": 0.80}
     assert {name: lowest[name] for name in expected} == pytest.approx(expected, abs=1e-12)
 
 
 def test_continuous_undoes_flips() -> None:
-    turning = about_axis(Z, np.linspace(0.0, 7.0, 30))[:, None]
+    turning = from_axis_angle(Z, np.linspace(0.0, 7.0, 30))[:, None]
     flipped = turning * np.where(np.arange(30) % 3 == 1, -1.0, 1.0)[:, None, None]
-    assert np.allclose(continuous(flipped), turning)
+    assert np.allclose(align_quaternion_signs(flipped), turning)
 
 
 def test_resample_to_twice_the_rate() -> None:

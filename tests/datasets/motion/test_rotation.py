@@ -9,15 +9,15 @@ from hypothesis import strategies as st
 from datasets.motion.rotation import (
     Array,
     Constant,
-    about_axis,
-    angle,
     conjugate,
     cross,
+    from_axis_angle,
     from_rotation_vector,
     heading,
     multiply,
     normalise,
     rotate,
+    rotation_angle,
     skew,
     to_matrix,
     to_rotation_vector,
@@ -110,13 +110,13 @@ def test_angle_lies_between_zero_and_pi(kind: str) -> None:
     # -q is the same rotation; 270 degrees about an axis are 90 the other way.
     three_quarters = [np.cos(np.radians(135)), np.sin(np.radians(135)), 0, 0]
     q = of(kind, [[1, 0, 0, 0], QUARTER_X, np.negative(QUARTER_X), three_quarters, [0, 0, 1, 0]])
-    assert close(angle(q), [0, np.pi / 2, np.pi / 2, np.pi / 2, np.pi])
+    assert close(rotation_angle(q), [0, np.pi / 2, np.pi / 2, np.pi / 2, np.pi])
 
 
 def test_heading_is_the_yaw_of_the_forward_axis(kind: str) -> None:
     # 30 degrees about the vertical after any pitch looks 30 degrees to the left; roll does not turn the forward axis.
     def turn(axis: list[float], degrees: float) -> Array:
-        return about_axis(of(kind, axis), of(kind, np.radians(degrees)))
+        return from_axis_angle(of(kind, axis), of(kind, np.radians(degrees)))
 
     yaw, pitch, roll = turn([0, 0, 1], 30), turn([0, 1, 0], 40), turn([1, 0, 0], 100)
     assert close(heading(multiply(multiply(yaw, pitch), roll)), np.radians(30))
@@ -125,7 +125,7 @@ def test_heading_is_the_yaw_of_the_forward_axis(kind: str) -> None:
 
 def test_about_axis_broadcasts_one_axis_over_many_angles(kind: str) -> None:
     # Half of 90 and of 180 degrees.
-    assert close(about_axis(of(kind, [0, 0, 1]), of(kind, [np.pi / 2, np.pi])), [QUARTER_Z, [0, 0, 0, 1]])
+    assert close(from_axis_angle(of(kind, [0, 0, 1]), of(kind, [np.pi / 2, np.pi])), [QUARTER_Z, [0, 0, 0, 1]])
 
 
 def test_rotation_vector_by_hand(kind: str) -> None:
@@ -148,7 +148,7 @@ def test_rotation_vector_round_trip(vector: list[float]) -> None:
     # Any vector shorter than pi is the shortest of its rotation: 1.8 x sqrt(3) = 3.118 < pi.
     v = np.array(vector)
     assert close(to_rotation_vector(from_rotation_vector(v)), v, atol=1e-9)
-    assert close(angle(from_rotation_vector(v)), np.linalg.norm(v), atol=1e-9)
+    assert close(rotation_angle(from_rotation_vector(v)), np.linalg.norm(v), atol=1e-9)
 
 
 def test_leading_dimensions_are_free(kind: str) -> None:

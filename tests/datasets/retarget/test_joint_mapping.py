@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from configs.errors import InputError
-from datasets.motion.humanoid import NAMES
-from datasets.retarget.joint_mapping import Mapping, find_roles, read_mapping
+from datasets.motion.humanoid import BODY_NAMES
+from datasets.retarget.joint_mapping import JointMapping, find_joint_map, read_mapping
 
 # name and parent's name of each joint, one string a skeleton
 FASHIONS = {
@@ -61,49 +61,49 @@ def skeleton(fashion: str, prefix: str = "") -> tuple[tuple[str, ...], tuple[int
 @pytest.mark.parametrize("fashion", FASHIONS)
 def test_each_fashion_of_names_is_understood(fashion: str) -> None:
     names, parents = skeleton(fashion)
-    roles = find_roles(names, parents)
-    expected = {body: joint for body, joint in zip(NAMES, EXPECTED[fashion].split(), strict=True) if joint != "-"}
+    roles = find_joint_map(names, parents)
+    expected = {body: joint for body, joint in zip(BODY_NAMES, EXPECTED[fashion].split(), strict=True) if joint != "-"}
     assert {body: names[joint] for body, joint in roles.items()} == expected
 
 
 def test_a_prefix_before_the_names_does_not_matter() -> None:
     for prefix in ("mixamorig:", "mixamorig"):
         names, parents = skeleton("cmu", prefix)
-        assert find_roles(names, parents) == find_roles(*skeleton("cmu"))
+        assert find_joint_map(names, parents) == find_joint_map(*skeleton("cmu"))
 
 
 def test_collars_that_hang_on_the_neck_leave_the_chest_below_it() -> None:
     words = FASHIONS["cmu"].replace("Shoulder Spine1", "Shoulder Neck")
     names = tuple(words.split()[::2])
     parents = tuple(-1 if parent == "-" else names.index(parent) for parent in words.split()[1::2])
-    assert names[find_roles(names, parents)["chest"]] == "Spine1"
+    assert names[find_joint_map(names, parents)["chest"]] == "Spine1"
 
 
 def test_what_is_missing_is_named_beside_what_there_is() -> None:
     names, parents = skeleton("cmu")
     names = tuple(name.replace("LeftForeArm", "Bone7") for name in names)
     with pytest.raises(InputError, match=r"forearm_l among Hips.*Bone7.*mapping file"):
-        find_roles(names, parents)
-    assert names[find_roles(names, parents, Mapping({"forearm_l": "Bone7"}))["forearm_l"]] == "Bone7"
+        find_joint_map(names, parents)
+    assert names[find_joint_map(names, parents, JointMapping({"forearm_l": "Bone7"}))["forearm_l"]] == "Bone7"
 
 
 def test_a_mapping_overrides_what_is_found() -> None:
     names, parents = skeleton("cmu")
-    assert names[find_roles(names, parents, Mapping({"spine": "LowerBack"}))["spine"]] == "LowerBack"
+    assert names[find_joint_map(names, parents, JointMapping({"spine": "LowerBack"}))["spine"]] == "LowerBack"
 
 
 def test_joints_that_do_not_hang_together_are_refused() -> None:
     names, parents = skeleton("cmu")
     with pytest.raises(InputError, match=r"'RightHand' was taken for hand_l but does not hang under 'LeftForeArm'"):
-        find_roles(names, parents, Mapping({"hand_l": "RightHand"}))
+        find_joint_map(names, parents, JointMapping({"hand_l": "RightHand"}))
     with pytest.raises(InputError, match=r"head: 'Haed' is no joint.*perhaps 'Head'"):
-        find_roles(names, parents, Mapping({"head": "Haed"}))
+        find_joint_map(names, parents, JointMapping({"head": "Haed"}))
 
 
 def test_a_mapping_file_says_joints_unit_and_axis(tmp_path: Path) -> None:
     file = tmp_path / "mapping.yaml"
     file.write_text("thigh_l: LeftUpLeg\nunit: 0.0254\nup: z\n")
-    assert read_mapping(file) == Mapping({"thigh_l": "LeftUpLeg"}, 0.0254, "z")
+    assert read_mapping(file) == JointMapping({"thigh_l": "LeftUpLeg"}, 0.0254, "z")
 
 
 @pytest.mark.parametrize(

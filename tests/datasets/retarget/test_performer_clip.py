@@ -10,30 +10,30 @@ from configs.errors import InputError
 from datasets.formats.bvh import write_bvh
 from datasets.motion.humanoid import LEG_LENGTH
 from datasets.motion.skeleton import forward_kinematics
-from datasets.retarget.joint_mapping import Mapping
-from datasets.retarget.performer_clip import capture, leg_length, read_capture
+from datasets.retarget.joint_mapping import JointMapping
+from datasets.retarget.performer_clip import leg_length, load_performer_bvh, performer_clip_from_bvh
 from tests.builders import as_bvh, lively, posed
 
 
 @pytest.mark.parametrize(("unit", "up"), [(1.0, "y"), (0.01, "y"), (0.01, "z"), (0.001, "z"), (0.0254, "y"), (0.056444, "y")])
 def test_unit_and_up_axis_are_found(unit: float, up: str) -> None:
     clip = lively()
-    found = capture(as_bvh(clip, unit, up), "clip")
-    assert (found.unit, found.up, found.dropped) == (unit, up, 0)
+    found = performer_clip_from_bvh(as_bvh(clip, unit, up), "clip")
+    assert (found.unit, found.up_axis, found.dropped_frames) == (unit, up, 0)
     motion = found.motion
     positions, _ = forward_kinematics(motion.skeleton.parents, motion.local_positions, motion.local_rotations)
-    np.testing.assert_allclose(positions[:, found.roles["pelvis"]], clip.root_position, atol=1e-9)
-    assert leg_length(positions, found.roles) == pytest.approx(LEG_LENGTH)
+    np.testing.assert_allclose(positions[:, found.joint_map["pelvis"]], clip.root_position, atol=1e-9)
+    assert leg_length(positions, found.joint_map) == pytest.approx(LEG_LENGTH)
 
 
 def test_a_mapping_overrides_unit_and_axis() -> None:
-    found = capture(as_bvh(posed({})), "clip", Mapping(unit=0.02, up="z"))
-    assert (found.unit, found.up) == (0.02, "z")
+    found = performer_clip_from_bvh(as_bvh(posed({})), "clip", JointMapping(unit=0.02, up_axis="z"))
+    assert (found.unit, found.up_axis) == (0.02, "z")
 
 
 def test_legs_that_are_a_humans_in_no_unit_are_refused() -> None:
     with pytest.raises(InputError, match=r"legs of 2.767e\+05 units .* mapping file"):  # 0.83 m / 3e-6
-        capture(as_bvh(posed({}), unit=3e-6), "clip")
+        performer_clip_from_bvh(as_bvh(posed({}), unit=3e-6), "clip")
 
 
 def test_bones_without_length_are_refused() -> None:
@@ -41,12 +41,12 @@ def test_bones_without_length_are_refused() -> None:
     offsets = bvh.offsets.copy()
     offsets[bvh.names.index("LeftForeArm")] = 0.0
     with pytest.raises(InputError, match="'LeftArm' and 'LeftForeArm', taken for upper_arm_l and forearm_l, are at the same place"):
-        capture(replace(bvh, offsets=offsets), "clip")
+        performer_clip_from_bvh(replace(bvh, offsets=offsets), "clip")
 
 
 @pytest.mark.parametrize(("frame_time", "fps"), [(0.0083333, 120.0), (0.033333, 30.0), (0.016667, 60.0), (1 / 23.976, 23.976)])
 def test_a_rounded_frame_time_is_the_rate_that_was_meant(frame_time: float, fps: float) -> None:
-    assert capture(replace(as_bvh(posed({})), frame_time=frame_time), "clip").motion.fps == pytest.approx(fps, abs=1e-12)
+    assert performer_clip_from_bvh(replace(as_bvh(posed({})), frame_time=frame_time), "clip").motion.fps == pytest.approx(fps, abs=1e-12)
 
 
 def test_a_leading_t_pose_that_jumps_into_the_motion_is_dropped() -> None:
@@ -54,16 +54,16 @@ def test_a_leading_t_pose_that_jumps_into_the_motion_is_dropped() -> None:
     bvh = as_bvh(arms_down)
     values = bvh.values.copy()
     values[0] = as_bvh(posed({})).values[0]
-    assert capture(replace(bvh, values=values), "clip").dropped == 1
-    assert capture(bvh, "clip").dropped == 0
+    assert performer_clip_from_bvh(replace(bvh, values=values), "clip").dropped_frames == 1
+    assert performer_clip_from_bvh(bvh, "clip").dropped_frames == 0
 
 
 def test_a_broken_file_is_named(tmp_path: Path) -> None:
     file = tmp_path / "broken.bvh"
     file.write_text("HIERARCHY\nROOT Hips\n{\n")
     with pytest.raises(InputError, match=str(file)):
-        read_capture(file)
+        load_performer_bvh(file)
     bvh = as_bvh(posed({}))
     write_bvh(file, replace(bvh, names=tuple(f"bone{joint}" for joint in range(len(bvh.names)))))
     with pytest.raises(InputError, match=f"{file}: no joint found for pelvis"):
-        read_capture(file)
+        load_performer_bvh(file)

@@ -9,12 +9,12 @@ from scipy.spatial.transform import Rotation
 
 from datasets.formats.bvh import Bvh
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import NAMES, hinge_angles, local_rotations
-from datasets.motion.kinematics import body_poses, lowest_points
-from datasets.motion.rotation import angle, conjugate, multiply, rotate
-from datasets.retarget.performer_clip import capture, read_capture
+from datasets.motion.humanoid import BODY_NAMES, hinge_angles, rotations_from_hinges
+from datasets.motion.kinematics import body_poses, lowest_point_heights
+from datasets.motion.rotation import conjugate, multiply, rotate, rotation_angle
+from datasets.retarget.performer_clip import load_performer_bvh, performer_clip_from_bvh
 from datasets.retarget.retarget import Retargeted, retarget
-from datasets.retarget.retarget_error import measure
+from datasets.retarget.retarget_error import measure_retarget
 from tests.builders import STANDING, as_bvh, hinge, lively, posed
 
 
@@ -35,12 +35,12 @@ SPLAYED = _turned(("thigh", "shin"), "x", -20, 20)  # as CMU's: the zero pose ha
 
 
 def retargeted(bvh: Bvh) -> Retargeted:
-    return retarget(capture(bvh, "clip"))
+    return retarget(performer_clip_from_bvh(bvh, "clip"))
 
 
 def largest_turn(a: np.ndarray, b: np.ndarray) -> float:
     """Return the largest angle [rad] between rotations of the same shape."""
-    return float(angle(multiply(conjugate(a), b)).max())
+    return float(rotation_angle(multiply(conjugate(a), b)).max())
 
 
 @pytest.mark.parametrize("frames", [{}, SPLAYED, ALONG_BONES], ids=["t-pose", "splayed", "along-bones"])
@@ -57,7 +57,7 @@ def test_our_own_skeleton_in_any_fashion_gives_the_same_motion(frames: dict[str,
 
 def test_every_frame_is_one_that_the_hinges_can_take() -> None:
     motion = retargeted(as_bvh(lively(seed=3))).motion
-    again = local_rotations(motion.local_rotations[:, 0], hinge_angles(motion.local_rotations))
+    again = rotations_from_hinges(motion.local_rotations[:, 0], hinge_angles(motion.local_rotations))
     same = np.abs(np.sum(again * motion.local_rotations, axis=-1))
     np.testing.assert_allclose(same, 1.0, atol=1e-9)
 
@@ -79,7 +79,7 @@ def test_size_place_and_heading_do_not_matter_and_can_be_undone() -> None:
     np.testing.assert_allclose(result.origin, (3.0, -2.0), atol=1e-6)
     assert result.yaw == pytest.approx(np.radians(130))
     assert result.lift == pytest.approx(-0.5, abs=1e-6)
-    np.testing.assert_allclose(result.place(moved.root_position), result.motion.root_position, atol=1e-6)
+    np.testing.assert_allclose(result.to_humanoid_world(moved.root_position), result.motion.root_position, atol=1e-6)
 
 
 def test_directions_of_limbs_are_the_performers_when_proportions_differ() -> None:
@@ -89,17 +89,17 @@ def test_directions_of_limbs_are_the_performers_when_proportions_differ() -> Non
         offsets[bvh.names.index(joint)] *= factor
     result = retargeted(replace(bvh, offsets=offsets))
     ours, _ = body_poses(result.motion)
-    motion = result.capture.motion
+    motion = result.performer_clip.motion
     theirs, _ = body_poses(lively(seed=5))
     bent = np.abs(hinge_angles(result.motion.local_rotations)[:, hinge("shin_l_y")]) > np.radians(50)
     assert bent.sum() > 20
     for upper, lower in (("upper_arm_l", "forearm_l"), ("forearm_l", "hand_l"), ("upper_arm_r", "forearm_r"), ("forearm_r", "hand_r")):
-        a, b = NAMES.index(upper), NAMES.index(lower)
+        a, b = BODY_NAMES.index(upper), BODY_NAMES.index(lower)
         np.testing.assert_allclose(_unit(ours[:, b] - ours[:, a])[bent], _unit(theirs[:, b] - theirs[:, a])[bent], atol=1e-4)
     # thigh 0.8 x 0.42 and shin 1.2 x 0.41 are 0.828 m of leg; ankles stay where the performer's are, but for that different knee
     assert result.scale == pytest.approx(0.83 / 0.828)
-    errors = measure(result).error_local
-    assert errors[[NAMES.index("foot_l"), NAMES.index("foot_r")]].max() < 0.005
+    errors = measure_retarget(result).error_local
+    assert errors[[BODY_NAMES.index("foot_l"), BODY_NAMES.index("foot_r")]].max() < 0.005
     assert len(motion) == len(result.motion)
 
 
@@ -123,7 +123,7 @@ def test_a_straight_knee_keeps_the_twist_of_its_thigh_although_noise_bends_it_an
     knee = column["LeftLeg"]
     values[:, knee : knee + 3] += rng.normal(0.0, 1.0, (len(values), 3))  # one degree
     result = retargeted(replace(bvh, values=values))
-    thigh = result.motion.local_rotations[:, NAMES.index("thigh_l")]
+    thigh = result.motion.local_rotations[:, BODY_NAMES.index("thigh_l")]
     twist = np.degrees(2 * np.arctan2(thigh[:, 3], thigh[:, 0]))  # about its bone, which is z
     assert np.abs(twist).max() < 1.0
 
@@ -149,15 +149,15 @@ def test_a_toe_gives_way_to_the_ground() -> None:
     np.testing.assert_allclose(angles[:58, hinge("toe_l_y")], 0.0, atol=0.1)
     np.testing.assert_allclose(angles[62:, hinge("toe_l_y")], -30.0, atol=0.2)
     # the toe's joint is 0.02 m above the ball's underside, along the tilted foot: 0.02 (cos 30 - 1)
-    assert lowest_points(*body_poses(result.motion))[62:].min() == pytest.approx(-0.0027, abs=1e-4)
+    assert lowest_point_heights(*body_poses(result.motion))[62:].min() == pytest.approx(-0.0027, abs=1e-4)
 
 
 def test_a_file_whose_hips_never_move_has_no_root() -> None:
     # Ours is moved about the file's hips as they turn, so it is the file that has to tell.
     moving = lively()
-    assert retarget(capture(as_bvh(moving), "moving")).motion.rooted
+    assert retarget(performer_clip_from_bvh(as_bvh(moving), "moving")).motion.rooted
     pinned = replace(moving, root_position=np.tile([0.3, 0.2, 0.9], (len(moving), 1)))
-    assert not retarget(capture(as_bvh(pinned), "pinned")).motion.rooted
+    assert not retarget(performer_clip_from_bvh(as_bvh(pinned), "pinned")).motion.rooted
 
 
 def test_the_ground_is_under_the_standing_feet() -> None:
@@ -171,7 +171,7 @@ def test_soles_are_level_although_the_rest_pose_has_them_tilted() -> None:
     tilted = {f"foot_{side}": Rotation.from_euler("xy", [10, 25], degrees=True) for side in "lr"}
     result = retargeted(as_bvh(posed({}), frames=tilted))
     _, rotations = body_poses(result.motion)
-    up = rotate(rotations[:, NAMES.index("foot_l")], np.broadcast_to((0.0, 0.0, 1.0), (len(rotations), 3)))
+    up = rotate(rotations[:, BODY_NAMES.index("foot_l")], np.broadcast_to((0.0, 0.0, 1.0), (len(rotations), 3)))
     np.testing.assert_allclose(up[:, 2], 1.0, atol=1e-9)
 
 
@@ -187,8 +187,8 @@ def test_a_foot_without_toe_or_end_site_points_where_the_hips_do() -> None:
     ["cmu/train/cmu_12_01.bvh", "cmu/train/cmu_16_12_60fps.bvh", "mit/imu/rokoko_jesse_dance.bvh", "gpl/imu/xsens_neura_S02_walk1.bvh"],
 )
 def test_real_performers_ankles_are_met_and_knees_bend_backward(shared_data: Path, file: str) -> None:
-    result = retarget(read_capture(shared_data / file))
-    fidelity = measure(result)
-    assert fidelity.error_local[[NAMES.index("foot_l"), NAMES.index("foot_r")]].max() < 0.01
+    result = retarget(load_performer_bvh(shared_data / file))
+    fidelity = measure_retarget(result)
+    assert fidelity.error_local[[BODY_NAMES.index("foot_l"), BODY_NAMES.index("foot_r")]].max() < 0.01
     angles = np.degrees(hinge_angles(result.motion.local_rotations))
     assert np.percentile(angles[:, [hinge("shin_l_y"), hinge("shin_r_y")]], 1) > -10.0

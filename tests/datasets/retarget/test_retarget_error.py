@@ -6,21 +6,21 @@ import numpy as np
 import pytest
 
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import BODY_COUNT, NAMES
+from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES
 from datasets.motion.kinematics import body_poses
-from datasets.retarget.performer_clip import capture
+from datasets.retarget.performer_clip import performer_clip_from_bvh
 from datasets.retarget.retarget import retarget
-from datasets.retarget.retarget_error import measure, performer_points
+from datasets.retarget.retarget_error import measure_retarget, performer_points
 from tests.builders import STANDING, as_bvh, lively, posed
 
 
 def test_our_own_skeleton_is_met_exactly() -> None:
-    result = retarget(capture(as_bvh(lively()), "clip"))
-    fidelity = measure(result)
+    result = retarget(performer_clip_from_bvh(as_bvh(lively()), "clip"))
+    fidelity = measure_retarget(result)
     assert np.nanmax(fidelity.error_local) < 1e-4
     positions, _ = body_poses(result.motion)
     points = performer_points(result)
-    np.testing.assert_allclose(points["hand_l"], positions[:, NAMES.index("hand_l")], atol=1e-4)
+    np.testing.assert_allclose(points["hand_l"], positions[:, BODY_NAMES.index("hand_l")], atol=1e-4)
 
 
 def test_errors_tell_proportions_from_motion_and_count_the_lift_in_the_world() -> None:
@@ -28,18 +28,18 @@ def test_errors_tell_proportions_from_motion_and_count_the_lift_in_the_world() -
     bvh = as_bvh(posed({}, height=STANDING + 0.1))
     offsets = bvh.offsets.copy()
     offsets[bvh.names.index("Head")] += (0.0, 5.0, 0.0)  # cm, y is up
-    fidelity = measure(retarget(capture(replace(bvh, offsets=offsets), "clip")))
-    head = NAMES.index("head")
+    fidelity = measure_retarget(retarget(performer_clip_from_bvh(replace(bvh, offsets=offsets), "clip")))
+    head = BODY_NAMES.index("head")
     assert fidelity.error_local[head] == pytest.approx(0.05, abs=1e-6)
     assert fidelity.error_moving[head] == pytest.approx(0.0, abs=1e-6)
     assert fidelity.error_world[head] == pytest.approx(0.15, abs=1e-6)  # lifted by -0.1 beneath 0.05 too high
-    assert fidelity.error_local[NAMES.index("foot_l")] == pytest.approx(0.0, abs=1e-6)
+    assert fidelity.error_local[BODY_NAMES.index("foot_l")] == pytest.approx(0.0, abs=1e-6)
     np.testing.assert_allclose(fidelity.lowest_foot, 0.0, atol=1e-6)
 
 
 def test_bodies_without_a_joint_have_no_error() -> None:
-    fidelity = measure(retarget(capture(as_bvh(lively(), without=("toe_l", "toe_r")), "clip")))
-    assert np.flatnonzero(np.isnan(fidelity.error_local)).tolist() == [NAMES.index("toe_l"), NAMES.index("toe_r")]
+    fidelity = measure_retarget(retarget(performer_clip_from_bvh(as_bvh(lively(), without=("toe_l", "toe_r")), "clip")))
+    assert np.flatnonzero(np.isnan(fidelity.error_local)).tolist() == [BODY_NAMES.index("toe_l"), BODY_NAMES.index("toe_r")]
     assert len(fidelity.error_local) == BODY_COUNT
 
 
@@ -49,8 +49,8 @@ def test_frames_near_gimbal_lock_are_counted() -> None:
     clip = BodyMotion(
         np.concatenate([far.root_position, near.root_position]), np.concatenate([far.local_rotations, near.local_rotations]), 60.0, "clip"
     )
-    fidelity = measure(retarget(capture(as_bvh(clip), "clip")))
-    assert fidelity.near_lock[NAMES.index("upper_arm_l")] == pytest.approx(0.25)
+    fidelity = measure_retarget(retarget(performer_clip_from_bvh(as_bvh(clip), "clip")))
+    assert fidelity.near_lock[BODY_NAMES.index("upper_arm_l")] == pytest.approx(0.25)
     assert fidelity.near_lock.sum() == pytest.approx(0.25)
 
 
@@ -59,6 +59,6 @@ def test_a_frame_that_jumps_is_counted() -> None:
     clip = posed({}, 40)
     local = clip.local_rotations.copy()
     local[20] = posed({"upper_arm_l_z": 60.0}, 1).local_rotations[0]
-    fidelity = measure(retarget(capture(as_bvh(replace(clip, local_rotations=local)), "clip")))
+    fidelity = measure_retarget(retarget(performer_clip_from_bvh(as_bvh(replace(clip, local_rotations=local)), "clip")))
     assert fidelity.jumps == 3
-    assert measure(retarget(capture(as_bvh(clip), "clip"))).jumps == 0
+    assert measure_retarget(retarget(performer_clip_from_bvh(as_bvh(clip), "clip"))).jumps == 0

@@ -12,13 +12,13 @@ from configs.errors import InputError
 from datasets.cleanup.foot_lock import _move_foot, lock_feet
 from datasets.formats.bvh import Bvh, local_pose, read_bvh, write_bvh
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import FEET, NAMES
+from datasets.motion.humanoid import BODY_NAMES, FOOT_AND_TOE_BODIES
 from datasets.motion.kinematics import body_poses, joint_poses
-from datasets.motion.rotation import about_axis, angle, conjugate, multiply
+from datasets.motion.rotation import conjugate, from_axis_angle, multiply, rotation_angle
 from datasets.motion.skeleton import forward_kinematics
-from datasets.retarget.performer_clip import Capture, capture
-from datasets.retarget.retarget import Retargeted, retarget, retarget_again
-from datasets.retarget.transfer_back import from_bvh, to_bvh, transfer
+from datasets.retarget.performer_clip import PerformerClip, performer_clip_from_bvh
+from datasets.retarget.retarget import Retargeted, retarget, retarget_with
+from datasets.retarget.transfer_back import from_performer_bvh, to_performer_bvh, transfer_back
 from tests.builders import as_bvh, lively, posed
 
 HEADING = 130.0  # degrees
@@ -30,8 +30,8 @@ FAMILIES = [
 ]  # fmt: skip
 
 
-def opened(bvh: Bvh) -> tuple[Capture, Retargeted]:
-    found = capture(bvh, "clip")
+def opened(bvh: Bvh) -> tuple[PerformerClip, Retargeted]:
+    found = performer_clip_from_bvh(bvh, "clip")
     return found, retarget(found)
 
 
@@ -69,8 +69,8 @@ def file_world(bvh: Bvh) -> tuple[np.ndarray, np.ndarray]:
 
 def turned(motion: BodyMotion, body: str, axis: tuple[float, float, float], degrees: float) -> BodyMotion:
     """Return the clip with one leaf of the 20 bodies turned about an axis of the world."""
-    index, rotations = NAMES.index(body), body_poses(motion)[1]
-    turn = np.broadcast_to(about_axis(np.array(axis), np.array(np.radians(degrees))), (len(motion), 4))
+    index, rotations = BODY_NAMES.index(body), body_poses(motion)[1]
+    turn = np.broadcast_to(from_axis_angle(np.array(axis), np.array(np.radians(degrees))), (len(motion), 4))
     local = motion.local_rotations.copy()
     here, parent = rotations[:, index], multiply(rotations[:, index], conjugate(local[:, index]))
     local[:, index] = multiply(conjugate(parent), multiply(turn, here))
@@ -80,15 +80,15 @@ def turned(motion: BodyMotion, body: str, axis: tuple[float, float, float], degr
 @pytest.mark.parametrize("bvh", [large_and_turned(), with_joint_above(large_and_turned(), moving=False)], ids=["hips", "root-above"])
 def test_what_did_not_change_comes_back_number_by_number(bvh: Bvh) -> None:
     found, result = opened(bvh)
-    motion = transfer(result, result.motion)
-    assert angle(multiply(conjugate(found.motion.local_rotations), motion.local_rotations)).max() < 1e-6
-    assert np.array_equal(to_bvh(bvh, found, motion).values, bvh.values)
+    motion = transfer_back(result, result.motion)
+    assert rotation_angle(multiply(conjugate(found.motion.local_rotations), motion.local_rotations)).max() < 1e-6
+    assert np.array_equal(to_performer_bvh(bvh, found, motion).values, bvh.values)
 
 
 def test_a_body_that_turns_by_30_degrees_turns_its_joint_by_30_degrees_in_the_files_axes() -> None:
     bvh = large_and_turned()
     found, result = opened(bvh)
-    out = to_bvh(bvh, found, transfer(result, turned(result.motion, "head", (1.0, 0.0, 0.0), 30.0)))
+    out = to_performer_bvh(bvh, found, transfer_back(result, turned(result.motion, "head", (1.0, 0.0, 0.0), 30.0)))
     # Our x is the performer's heading: (cos 130, sin 130) on the ground. Our (x, y, z) are (z, x, y) in a file whose y is up.
     axis = np.array([np.sin(np.radians(HEADING)), 0.0, np.cos(np.radians(HEADING))])
     (places, before), (new_places, after) = file_world(bvh), file_world(out)
@@ -96,7 +96,7 @@ def test_a_body_that_turns_by_30_degrees_turns_its_joint_by_30_degrees_in_the_fi
     change = multiply(after, conjugate(before))
     expected = Rotation.from_rotvec(np.radians(30.0) * axis).as_quat(scalar_first=True)
     assert np.abs(np.sum(change[:, head] * expected, axis=-1)) == pytest.approx(1.0, abs=1e-12)
-    assert angle(np.delete(change, head, axis=1)).max() < 1e-6
+    assert rotation_angle(np.delete(change, head, axis=1)).max() < 1e-6
     assert new_places == pytest.approx(places, abs=1e-6)
     columns = np.flatnonzero(np.any(out.values != bvh.values, axis=0))
     assert list(columns) == [3 + 3 * head, 4 + 3 * head, 5 + 3 * head]  # the root has three position channels more
@@ -107,7 +107,7 @@ def test_a_way_is_carried_over_in_the_performers_size_and_heading() -> None:
     found, result = opened(bvh)
     way = np.linspace(0.0, 0.1, len(result.motion))
     after = replace(result.motion, root_position=result.motion.root_position + way[:, None] * np.array([1.0, 0.0, 0.5]))
-    out = to_bvh(bvh, found, transfer(result, after))
+    out = to_performer_bvh(bvh, found, transfer_back(result, after))
     # 10 cm forward and 5 cm up at last: 14 cm along (cos 130, sin 130), which are the file's (z, x), and 7 cm along y
     expected = 14.0 * np.array([np.sin(np.radians(HEADING)), 0.5, np.cos(np.radians(HEADING))])
     assert (out.values - bvh.values)[-1, :3] == pytest.approx(expected, abs=1e-5)
@@ -119,7 +119,7 @@ def test_a_clip_that_begins_elsewhere_is_put_where_it_began() -> None:
     bvh = large_and_turned()
     found, result = opened(bvh)
     after = replace(result.motion, root_position=result.motion.root_position + np.array([0.5, -0.3, 0.1]))
-    out = to_bvh(bvh, found, transfer(result, after))
+    out = to_performer_bvh(bvh, found, transfer_back(result, after))
     assert (out.values - bvh.values)[:, :3] == pytest.approx(np.tile([0.0, 14.0, 0.0], (len(bvh.values), 1)), abs=1e-5)
 
 
@@ -128,7 +128,7 @@ def test_of_two_joints_with_places_the_one_that_moves_is_moved(moving: bool) -> 
     bvh = with_joint_above(large_and_turned(), moving)
     found, result = opened(bvh)
     way = np.linspace(0.0, 0.1, len(result.motion))[:, None] * np.array([0.0, 0.0, 1.0])
-    out = to_bvh(bvh, found, transfer(result, replace(result.motion, root_position=result.motion.root_position + way)))
+    out = to_performer_bvh(bvh, found, transfer_back(result, replace(result.motion, root_position=result.motion.root_position + way)))
     columns = set(np.flatnonzero(np.any(out.values != bvh.values, axis=0)))
     assert columns <= ({0, 1, 2} if moving else {6, 7, 8})
     lifted = (file_world(out)[0] - file_world(bvh)[0])[-1, 1:]  # [cm], 1.4 times ours
@@ -140,7 +140,7 @@ def test_a_file_that_cannot_hold_a_place_is_refused() -> None:
     pinned = replace(bvh, channels=(bvh.channels[0][3:], *bvh.channels[1:]), values=bvh.values[:, 3:])
     _, result = opened(pinned)
     with pytest.raises(InputError, match="neither 'Hips' nor a joint above it has position channels"):
-        transfer(result, result.motion)
+        transfer_back(result, result.motion)
 
 
 def test_knees_of_other_proportions_bend_as_far_as_the_ankles_need() -> None:
@@ -156,7 +156,7 @@ def test_knees_of_other_proportions_bend_as_far_as_the_ankles_need() -> None:
         offsets[bvh.names.index(joint)] *= factor
     found, result = opened(replace(bvh, offsets=offsets))
     low = replace(result.motion, root_position=result.motion.root_position - np.array([0.0, 0.0, 0.05]))
-    motion = transfer(result, lock_feet(low, np.ones((len(low), 2), dtype=bool)))
+    motion = transfer_back(result, lock_feet(low, np.ones((len(low), 2), dtype=bool)))
     (old, rotations), (new, turned_to) = joint_poses(found.motion), joint_poses(motion)
     a, b, scale, lean = 0.336, 0.492, 0.83 / 0.828, np.radians(15.0)
     x, z = (a - b) * np.sin(lean), -(a + b) * np.cos(lean) + 0.05 / scale
@@ -178,8 +178,8 @@ def test_frames_before_the_motion_stay_and_the_file_keeps_its_form() -> None:
     values[0] = as_bvh(posed({})).values[0]
     bvh = replace(bvh, values=values)
     found, result = opened(bvh)
-    assert found.dropped == 1
-    out = to_bvh(bvh, found, transfer(result, turned(result.motion, "head", (0.0, 0.0, 1.0), 30.0)))
+    assert found.dropped_frames == 1
+    out = to_performer_bvh(bvh, found, transfer_back(result, turned(result.motion, "head", (0.0, 0.0, 1.0), 30.0)))
     head = 3 + 3 * bvh.names.index("Head")
     assert np.array_equal(out.values[0], bvh.values[0])
     assert np.all(np.any(out.values[1:, head : head + 3] != bvh.values[1:, head : head + 3], axis=1))
@@ -188,7 +188,7 @@ def test_frames_before_the_motion_stay_and_the_file_keeps_its_form() -> None:
     assert np.array_equal(out.offsets, bvh.offsets)
     with pytest.raises(ValueError, match=r"frames and joints are \(58, .* should be \(59"):
         shorter = {field: getattr(found.motion, field)[1:] for field in ("local_positions", "local_rotations")}
-        to_bvh(bvh, found, replace(found.motion, **shorter))
+        to_performer_bvh(bvh, found, replace(found.motion, **shorter))
 
 
 def test_the_file_says_what_was_written_and_a_hinge_only_what_it_can() -> None:
@@ -199,17 +199,17 @@ def test_the_file_says_what_was_written_and_a_hinge_only_what_it_can() -> None:
     hinged = replace(bvh, channels=channels, values=np.delete(bvh.values, [4 + 3 * head, 5 + 3 * head], axis=1))
     found, result = opened(hinged)
     for axis, degrees in (((1.0, 0.0, 0.0), 30.0), ((0.0, 0.0, 1.0), 0.0)):
-        said = from_bvh(to_bvh(hinged, found, transfer(result, turned(result.motion, "head", axis, 30.0))), found)
-        assert np.degrees(angle(said.local_rotations[:, head])) == pytest.approx(degrees, abs=1e-5)
+        said = from_performer_bvh(to_performer_bvh(hinged, found, transfer_back(result, turned(result.motion, "head", axis, 30.0))), found)
+        assert np.degrees(rotation_angle(said.local_rotations[:, head])) == pytest.approx(degrees, abs=1e-5)
         assert said.local_positions == pytest.approx(found.motion.local_positions, abs=1e-12)
 
 
 def test_other_frames_or_another_rate_are_refused() -> None:
     _, result = opened(large_and_turned())
     with pytest.raises(ValueError, match=r"119 frames at 60 fps, should be 120"):
-        transfer(result, result.motion.cut(1, 120))
+        transfer_back(result, result.motion.cut(1, 120))
     with pytest.raises(ValueError, match="at 30 fps"):
-        transfer(result, replace(result.motion, fps=30.0))
+        transfer_back(result, replace(result.motion, fps=30.0))
 
 
 def check_in_another_reader(path: Path, bvh: Bvh) -> None:
@@ -233,11 +233,11 @@ def crouched_and_twisted(motion: BodyMotion) -> BodyMotion:
     local, low = motion.local_rotations.copy(), replace(motion, root_position=motion.root_position - np.array([0.0, 0.0, 0.05]))
     ankles = body_poses(motion)[0]
     positions, rotations = body_poses(low)
-    for foot, _ in FEET:
+    for foot, _ in FOOT_AND_TOE_BODIES:
         _move_foot(local, positions, rotations, foot, ankles[:, foot])
     for body, axis, degrees in (("chest", (0.0, 0.0, 1.0), 10.0), ("upper_arm_r", (1.0, 0.0, 0.0), 15.0)):
-        index = NAMES.index(body)
-        turn = about_axis(np.array(axis), np.array(np.radians(degrees)))
+        index = BODY_NAMES.index(body)
+        turn = from_axis_angle(np.array(axis), np.array(np.radians(degrees)))
         local[:, index] = multiply(local[:, index], np.broadcast_to(turn, (len(low), 4)))
     return replace(low, local_rotations=local)
 
@@ -251,17 +251,17 @@ def test_real_skeletons_there_and_back(shared_data: Path, file: str, tmp_path: P
     """
     bvh = read_bvh(shared_data / f"{file}.bvh")
     found, result = opened(bvh)
-    assert np.array_equal(to_bvh(bvh, found, transfer(result, result.motion)).values, bvh.values)
+    assert np.array_equal(to_performer_bvh(bvh, found, transfer_back(result, result.motion)).values, bvh.values)
     after = crouched_and_twisted(result.motion)
-    motion = transfer(result, after)
-    out = to_bvh(bvh, found, motion)
+    motion = transfer_back(result, after)
+    out = to_performer_bvh(bvh, found, motion)
     write_bvh(tmp_path / "out.bvh", out)
     check_in_another_reader(tmp_path / "out.bvh", out)
-    (wanted, turns), (places, came) = body_poses(after), body_poses(retarget_again(result, from_bvh(out, found)))
-    off, turn = 1e3 * np.linalg.norm(places - wanted, axis=-1), np.degrees(angle(multiply(conjugate(turns), came)))
+    (wanted, turns), (places, came) = body_poses(after), body_poses(retarget_with(result, from_performer_bvh(out, found)))
+    off, turn = 1e3 * np.linalg.norm(places - wanted, axis=-1), np.degrees(rotation_angle(multiply(conjugate(turns), came)))
     print(f"{file}: {off.mean():.2f} mm, {off.max():.1f} at most, {turn.mean():.2f} degrees, {turn.max():.1f} at most")
-    assert off[:, [foot for foot, _ in FEET]].max() < 5.0
+    assert off[:, [foot for foot, _ in FOOT_AND_TOE_BODIES]].max() < 5.0
     assert off.mean() < 2.0
     assert turn.mean() < 1.5
-    torso = [NAMES.index(body) for body in ("pelvis", "chest", "head", "foot_l", "foot_r") if body in found.roles]
+    torso = [BODY_NAMES.index(body) for body in ("pelvis", "chest", "head", "foot_l", "foot_r") if body in found.joint_map]
     assert turn[:, torso].max() < 1e-3

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from datasets.motion.humanoid import MASSES, SKELETON
+from datasets.motion.humanoid import BODY_MASSES_KG, SKELETON
 from datasets.motion.kinematics import centre_of_mass
 from datasets.motion.skeleton import forward_kinematics
-from datasets.synthetic.balance import balanced_path, reachable_height, tipping_cure
+from datasets.synthetic.balance import balance_correction, balanced_path, reachable_height
 
 
 def test_a_step_of_the_pressure_is_met_half_way() -> None:
@@ -37,11 +37,11 @@ def test_a_still_body_is_shifted_over_the_pressure() -> None:
     centre = centre_of_mass(positions, rotations)
     pressure = np.zeros((frames, 3))
     pressure[:, :2] = centre[:, :2] + np.array([0.10, -0.04])
-    shift = tipping_cure(positions, rotations, pressure, 60.0)
+    shift = balance_correction(positions, rotations, pressure, 60.0)
     # Held at zero at both ends, it approaches the whole distance within a few times sqrt(h / g) = 0.3 s; the middle is 5 s away.
     assert shift[[0, -1]] == pytest.approx(0.0, abs=1e-9)
     assert shift[300] == pytest.approx([0.10, -0.04], abs=1e-6)
-    assert len(MASSES) == 20
+    assert len(BODY_MASSES_KG) == 20
 
 
 def test_a_leg_reaches_by_pythagoras() -> None:

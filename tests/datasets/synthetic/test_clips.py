@@ -4,11 +4,20 @@ import numpy as np
 import pytest
 
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import BODIES, CENTRES, FEET, MASSES, NAMES, hinge_angles, hinge_slice, local_rotations
-from datasets.motion.kinematics import body_poses, centre_of_mass, lowest_points
-from datasets.motion.rotation import angle, conjugate, heading, multiply, rotate
-from datasets.synthetic.clips import SHORTEST, synthetic_clips, walk
-from datasets.synthetic.movement_style import draw_style
+from datasets.motion.humanoid import (
+    BODIES,
+    BODY_COM_OFFSETS,
+    BODY_MASSES_KG,
+    BODY_NAMES,
+    FOOT_AND_TOE_BODIES,
+    hinge_angles,
+    hinge_slice,
+    rotations_from_hinges,
+)
+from datasets.motion.kinematics import body_poses, centre_of_mass, lowest_point_heights
+from datasets.motion.rotation import conjugate, heading, multiply, rotate, rotation_angle
+from datasets.synthetic.clips import MIN_CLIP_S, synthetic_clips, walk
+from datasets.synthetic.movement_style import draw_movement_style
 
 FLAT = ("stand", "walk", "turn", "run", "sit", "squat")
 TOE_TIP = 0.20  # m before the ankle: toe joint 0.13, toes 0.07
@@ -37,8 +46,8 @@ def sole(clip: BodyMotion, body: int) -> np.ndarray:
 
 def foot_heights(clip: BodyMotion) -> np.ndarray:
     """Return the height (T, 2) of each foot's lowest point."""
-    low = lowest_points(*body_poses(clip))
-    return np.stack([low[:, list(side)].min(axis=1) for side in FEET], axis=1)
+    low = lowest_point_heights(*body_poses(clip))
+    return np.stack([low[:, list(side)].min(axis=1) for side in FOOT_AND_TOE_BODIES], axis=1)
 
 
 def test_every_person_does_everything(clips: list[BodyMotion]) -> None:
@@ -51,7 +60,7 @@ def test_every_person_does_everything(clips: list[BodyMotion]) -> None:
 
 def test_planted_soles_do_not_slip(clips: list[BodyMotion]) -> None:
     for clip in of_kind(clips, *FLAT):
-        for body in sum(FEET, ()):
+        for body in sum(FOOT_AND_TOE_BODIES, ()):
             corners = sole(clip, body)
             flat = np.all(np.abs(corners[..., 2]) < 1e-6, axis=1)
             stays = flat[1:] & flat[:-1]
@@ -62,7 +71,7 @@ def test_planted_soles_do_not_slip(clips: list[BodyMotion]) -> None:
 
 def test_nothing_is_under_the_ground(clips: list[BodyMotion]) -> None:
     for clip in clips:
-        assert lowest_points(*body_poses(clip)).min() > -0.005
+        assert lowest_point_heights(*body_poses(clip)).min() > -0.005
 
 
 def test_someone_always_stands_but_runners_fly(clips: list[BodyMotion]) -> None:
@@ -80,8 +89,8 @@ def test_someone_always_stands_but_runners_fly(clips: list[BodyMotion]) -> None:
 
 def test_the_hinges_reproduce_every_clip(clips: list[BodyMotion]) -> None:
     for clip in clips:
-        again = local_rotations(clip.local_rotations[:, 0], hinge_angles(clip.local_rotations))
-        assert angle(multiply(conjugate(clip.local_rotations), again)).max() < 1e-7  # an angle is the root of a rounded square
+        again = rotations_from_hinges(clip.local_rotations[:, 0], hinge_angles(clip.local_rotations))
+        assert rotation_angle(multiply(conjugate(clip.local_rotations), again)).max() < 1e-7  # an angle is the root of a rounded square
         assert np.abs(np.abs(np.sum(clip.local_rotations * again, axis=-1)) - 1.0).max() < 1e-9
 
 
@@ -89,13 +98,13 @@ def test_knees_and_elbows_bend_as_human_ones(clips: list[BodyMotion]) -> None:
     for clip in clips:
         angles = np.degrees(hinge_angles(clip.local_rotations))
         for name, forward in (("shin_l", 1), ("shin_r", 1), ("forearm_l", -1), ("forearm_r", 1)):
-            bent = forward * angles[:, hinge_slice(NAMES.index(name))]
+            bent = forward * angles[:, hinge_slice(BODY_NAMES.index(name))]
             assert bent.min() >= 0.0 and bent.max() <= 150.0
 
 
 def test_joints_are_no_faster_than_human_ones(clips: list[BodyMotion]) -> None:
     for clip in clips:
-        turn = angle(multiply(conjugate(clip.local_rotations[:-1]), clip.local_rotations[1:]))[:, 1:] * 60.0
+        turn = rotation_angle(multiply(conjugate(clip.local_rotations[:-1]), clip.local_rotations[1:]))[:, 1:] * 60.0
         assert turn.max() < 20.0  # rad/s; a sprinter's knee reaches about that
         assert np.abs(np.diff(turn, axis=0)).max() * 60.0 < 900.0  # rad/s^2
         push = np.diff(centre_of_mass(*body_poses(clip)), 2, axis=0) * 60.0**2
@@ -113,7 +122,7 @@ def test_clips_begin_and_end_standing(clips: list[BodyMotion]) -> None:
 def test_walking_speed_and_distance_are_those_asked_for() -> None:
     t = np.arange(720) / 60.0
     for speed in (0.7, 1.2):
-        clip = walk(t, speed, draw_style("somebody", np.random.default_rng(1)), np.random.default_rng(2))
+        clip = walk(t, speed, draw_movement_style("somebody", np.random.default_rng(1)), np.random.default_rng(2))
         x = clip.root_position[:, 0]
         # Steady after 1 s of standing and 0.6 + 0.8 v (at most 1.56 s) of setting off, until 0.6 + 1.2 v and 1 s before the end.
         assert (x[530] - x[170]) / 6.0 == pytest.approx(speed, rel=0.03)
@@ -125,15 +134,15 @@ def test_walking_speed_and_distance_are_those_asked_for() -> None:
 def test_the_ground_pushes_from_under_the_feet() -> None:
     """The point where the moments of weight and acceleration of the 20 bodies vanish lies between heels and toes."""
     t = np.arange(600) / 60.0
-    clip = walk(t, 1.3, draw_style("somebody", np.random.default_rng(3)), np.random.default_rng(4))
+    clip = walk(t, 1.3, draw_movement_style("somebody", np.random.default_rng(3)), np.random.default_rng(4))
     positions, rotations = body_poses(clip)
     # By finite differences of the whole body: M (z'' + g) p = M (z'' + g) x - M z x'' - L', with L about the centre of mass.
-    centres = positions + rotate(rotations, np.broadcast_to(CENTRES, positions.shape))
+    centres = positions + rotate(rotations, np.broadcast_to(BODY_COM_OFFSETS, positions.shape))
     pull = np.diff(centres, 2, axis=0) * 60.0**2 + np.array([0.0, 0.0, 9.81])
     x, z = centres[1:-1, :, 0], centres[1:-1, :, 2]
-    pressure = np.sum(MASSES * (pull[..., 2] * x - pull[..., 0] * z), axis=1) / np.sum(MASSES * pull[..., 2], axis=1)
+    pressure = np.sum(BODY_MASSES_KG * (pull[..., 2] * x - pull[..., 0] * z), axis=1) / np.sum(BODY_MASSES_KG * pull[..., 2], axis=1)
     down = foot_heights(clip)[1:-1] < 1e-3
-    ankles = positions[1:-1, [foot for foot, _ in FEET], 0]
+    ankles = positions[1:-1, [foot for foot, _ in FOOT_AND_TOE_BODIES], 0]
     front = np.where(down, ankles + TOE_TIP, -np.inf).max(axis=1)
     back = np.where(down, ankles - 0.06, np.inf).min(axis=1)
     assert np.mean((pressure > back - 0.02) & (pressure < front + 0.02)) > 0.98
@@ -142,7 +151,7 @@ def test_the_ground_pushes_from_under_the_feet() -> None:
 def test_slow_bends_keep_the_weight_over_the_soles(clips: list[BodyMotion]) -> None:
     for clip in of_kind(clips, "stand", "sit", "squat"):
         positions, rotations = body_poses(clip)
-        ankles = positions[:, [foot for foot, _ in FEET]]
+        ankles = positions[:, [foot for foot, _ in FOOT_AND_TOE_BODIES]]
         ahead = centre_of_mass(positions, rotations)[:, 0] - ankles[..., 0].mean(axis=1)
         assert ahead.min() > -0.06 and ahead.max() < 0.13  # the foot's box, without the toes
     for clip in of_kind(clips, "sit"):
@@ -174,10 +183,10 @@ def test_stairs_gain_their_steps(clips: list[BodyMotion]) -> None:
 
 
 def test_a_seed_makes_one_set_of_people() -> None:
-    first, again, other = (synthetic_clips(seed, 1, SHORTEST) for seed in (1, 1, 2))
+    first, again, other = (synthetic_clips(seed, 1, MIN_CLIP_S) for seed in (1, 1, 2))
     for a, b, c in zip(first, again, other, strict=True):
         assert np.array_equal(a.root_position, b.root_position) and np.array_equal(a.local_rotations, b.local_rotations)
-        assert angle(multiply(conjugate(a.local_rotations), c.local_rotations)).max() > 0.05
+        assert rotation_angle(multiply(conjugate(a.local_rotations), c.local_rotations)).max() > 0.05
     assert first[0].performer != other[0].performer
 
 

@@ -7,99 +7,99 @@ import numpy as np
 import pytest
 
 from configs.errors import InputError
-from datasets.motion.rotation import about_axis, angle, conjugate, from_rotation_vector, multiply, rotate
+from datasets.motion.rotation import conjugate, from_axis_angle, from_rotation_vector, multiply, rotate, rotation_angle
 from datasets.motion.t_pose import PELVIS_HEIGHT
-from datasets.trackers.calibration import calibrate, joint_poses, turned, uncalibrated
-from datasets.trackers.trackers import HAND_L, HAND_R, HEAD, PELVIS, TrackerPoses, tracker_poses
-from datasets.trackers.virtual_user import Wearing, draw_wearing, t_pose, wear
+from datasets.trackers.calibration import calibrate_trackers, calibrated_joint_poses, identity_calibration, rotation_calibrated_poses
+from datasets.trackers.trackers import HAND_L_TRACKER, HAND_R_TRACKER, HEAD_TRACKER, PELVIS_TRACKER, TrackerPoses, tracker_poses
+from datasets.trackers.virtual_user import TrackerPlacement, draw_tracker_placement, simulate_t_pose, simulate_trackers
 from tests.builders import lively
 
 UP = np.array([0.0, 0.0, 1.0])
 
 
-def textbook_user(height: float = 1.84) -> Wearing:
+def textbook_user(height: float = 1.84) -> TrackerPlacement:
     """Return a person whose display is 0.1 m ahead of and over the head's joint, and whose palms are in line with the arms."""
     scale = height / 1.71
     offsets = np.array([[0.10, 0.0, 0.10], [0.0, 0.08, 0.0], [0.0, -0.08, 0.0], [-0.13, 0.02, 0.05]])
     tilts = np.array([[0.3, -0.1, 0.1], [0.5, 0.4, -0.2], [-0.2, 0.6, 0.1], [0.1, 0.2, 2.0]])
-    return Wearing(scale, scale * offsets, from_rotation_vector(tilts))
+    return TrackerPlacement(scale, scale * offsets, from_rotation_vector(tilts))
 
 
 def elsewhere(poses: TrackerPoses, yaw: float, place: tuple[float, float]) -> TrackerPoses:
     """Return the same poses of people who face another way and stand somewhere else."""
-    turn = np.broadcast_to(about_axis(UP, np.array(yaw)), poses.rotations.shape)
+    turn = np.broadcast_to(from_axis_angle(UP, np.array(yaw)), poses.rotations.shape)
     return TrackerPoses(rotate(turn, poses.positions) + np.array([*place, 0.0]), multiply(turn, poses.rotations))
 
 
 def test_joints_are_found_wherever_the_trackers_are() -> None:
     user = textbook_user()
-    calibration = calibrate(elsewhere(wear(t_pose(1.0), user), 2.2, (-1.0, 3.0)))
+    calibration = calibrate_trackers(elsewhere(simulate_trackers(simulate_t_pose(1.0), user), 2.2, (-1.0, 3.0)))
     assert calibration.scale == pytest.approx(1.84 / 1.71)
     joints = tracker_poses(lively())
-    found = joint_poses(calibration, wear(joints, user))
+    found = calibrated_joint_poses(calibration, simulate_trackers(joints, user))
     assert found.positions == pytest.approx(joints.positions, abs=1e-9)
-    assert angle(multiply(conjugate(joints.rotations), found.rotations)).max() < 1e-7
+    assert rotation_angle(multiply(conjugate(joints.rotations), found.rotations)).max() < 1e-7
 
 
 def test_the_papers_way_leaves_trackers_where_they_are() -> None:
     user = textbook_user(1.57)
-    calibration = calibrate(wear(t_pose(1.0), user))
+    calibration = calibrate_trackers(simulate_trackers(simulate_t_pose(1.0), user))
     joints = tracker_poses(lively())
-    seen = turned(calibration, wear(joints, user))
+    seen = rotation_calibrated_poses(calibration, simulate_trackers(joints, user))
     # The belt's tracker is 0.13 m behind, 0.02 m to the left of and 0.05 m over the pelvis' joint, at the standard size.
-    away = rotate(conjugate(joints.rotations[:, PELVIS]), seen.positions[:, PELVIS] - joints.positions[:, PELVIS])
+    away = rotate(conjugate(joints.rotations[:, PELVIS_TRACKER]), seen.positions[:, PELVIS_TRACKER] - joints.positions[:, PELVIS_TRACKER])
     assert away == pytest.approx(np.tile([-0.13, 0.02, 0.05], (len(away), 1)), abs=1e-9)
-    assert seen.rotations == pytest.approx(joint_poses(calibration, wear(joints, user)).rotations)
+    assert seen.rotations == pytest.approx(calibrated_joint_poses(calibration, simulate_trackers(joints, user)).rotations)
 
 
 def test_arms_need_not_be_quite_level() -> None:
     # Both arms are 6 degrees low and straight; trackers are in the palms, in line with the arms: their joints are found all the same.
-    pose, user, low = t_pose(0.5), textbook_user(), np.radians(6.0)
-    for hand, side in ((HAND_L, 1.0), (HAND_R, -1.0)):
+    pose, user, low = simulate_t_pose(0.5), textbook_user(), np.radians(6.0)
+    for hand, side in ((HAND_L_TRACKER, 1.0), (HAND_R_TRACKER, -1.0)):
         pose.positions[:, hand] = [0.0, side * (0.18 + 0.53 * np.cos(low)), 1.41 - 0.53 * np.sin(low)]
         pose.rotations[:, hand] = from_rotation_vector(np.array([-side * low, 0.0, 0.0]))
-    calibration = calibrate(wear(pose, user))
+    calibration = calibrate_trackers(simulate_trackers(pose, user))
     joints = tracker_poses(lively())
-    assert joint_poses(calibration, wear(joints, user)).positions == pytest.approx(joints.positions, abs=1e-9)
+    assert calibrated_joint_poses(calibration, simulate_trackers(joints, user)).positions == pytest.approx(joints.positions, abs=1e-9)
 
 
 def test_size_is_found_better_than_by_the_belts_height() -> None:
     ours, belts = [], []
     for seed in range(45):
         rng = np.random.default_rng(seed)
-        user = draw_wearing(rng, (1.57, 1.71, 1.84)[seed % 3])
-        pose = wear(t_pose(1.0, rng), user, rng)
-        ours.append(calibrate(pose).scale / user.scale - 1.0)
-        belts.append(pose.positions[:, PELVIS, 2].mean() / PELVIS_HEIGHT / user.scale - 1.0)
+        user = draw_tracker_placement(rng, (1.57, 1.71, 1.84)[seed % 3])
+        pose = simulate_trackers(simulate_t_pose(1.0, rng), user, rng)
+        ours.append(calibrate_trackers(pose).scale / user.scale - 1.0)
+        belts.append(pose.positions[:, PELVIS_TRACKER, 2].mean() / PELVIS_HEIGHT / user.scale - 1.0)
     assert np.sqrt(np.mean(np.square(ours))) < 0.015
     assert np.sqrt(np.mean(np.square(belts))) > 0.03
 
 
 def test_many_users_at_once_are_as_one_by_one() -> None:
     rng = np.random.default_rng(0)
-    users = [draw_wearing(rng, height) for height in (1.57, 1.84)]
-    each = [calibrate(wear(t_pose(0.5, rng), user)) for user in users]
-    slots = uncalibrated(3)
+    users = [draw_tracker_placement(rng, height) for height in (1.57, 1.84)]
+    each = [calibrate_trackers(simulate_trackers(simulate_t_pose(0.5, rng), user)) for user in users]
+    slots = identity_calibration(3)
     slots.put(2, each[0])
     slots.put(0, each[1])
     trackers = tracker_poses(lively().cut(60, 63))
-    together = joint_poses(slots, trackers)
-    assert together.positions[2] == pytest.approx(joint_poses(each[0], trackers).positions[2])
+    together = calibrated_joint_poses(slots, trackers)
+    assert together.positions[2] == pytest.approx(calibrated_joint_poses(each[0], trackers).positions[2])
     assert together.positions[1] == pytest.approx(trackers.positions[1])  # nobody's: as the trackers tell
-    some = joint_poses(slots.rows(np.array([2, 0])), TrackerPoses(trackers.positions[[2, 0]], trackers.rotations[[2, 0]]))
+    some = calibrated_joint_poses(slots.rows(np.array([2, 0])), TrackerPoses(trackers.positions[[2, 0]], trackers.rotations[[2, 0]]))
     assert some.rotations == pytest.approx(together.rotations[[2, 0]])
 
 
 def hanging_arms(pose: TrackerPoses) -> None:
-    pose.positions[:, [HAND_L, HAND_R]] = [[0.0, 0.2, 0.88], [0.0, -0.2, 0.88]]
+    pose.positions[:, [HAND_L_TRACKER, HAND_R_TRACKER]] = [[0.0, 0.2, 0.88], [0.0, -0.2, 0.88]]
 
 
 def arms_ahead(pose: TrackerPoses) -> None:
-    pose.positions[:, [HAND_L, HAND_R], 0] += 0.4
+    pose.positions[:, [HAND_L_TRACKER, HAND_R_TRACKER], 0] += 0.4
 
 
 def arms_up(pose: TrackerPoses) -> None:
-    pose.positions[:, [HAND_L, HAND_R], 2] += 0.35
+    pose.positions[:, [HAND_L_TRACKER, HAND_R_TRACKER], 2] += 0.35
 
 
 def walking(pose: TrackerPoses) -> None:
@@ -107,7 +107,7 @@ def walking(pose: TrackerPoses) -> None:
 
 
 def nodding(pose: TrackerPoses) -> None:
-    pose.rotations[:, HEAD] = from_rotation_vector(np.linspace(0.0, 1.0, len(pose.rotations))[:, None] * [0.0, 1.0, 0.0])
+    pose.rotations[:, HEAD_TRACKER] = from_rotation_vector(np.linspace(0.0, 1.0, len(pose.rotations))[:, None] * [0.0, 1.0, 0.0])
 
 
 def upside_down(pose: TrackerPoses) -> None:
@@ -127,19 +127,19 @@ def y_up(pose: TrackerPoses) -> None:
 
 
 def under_the_floor(pose: TrackerPoses) -> None:
-    pose.positions[..., PELVIS, 2] = -0.3
+    pose.positions[..., PELVIS_TRACKER, 2] = -0.3
 
 
 def not_a_number(pose: TrackerPoses) -> None:
-    pose.positions[3, HEAD, 1] = np.nan
+    pose.positions[3, HEAD_TRACKER, 1] = np.nan
 
 
 def not_a_rotation(pose: TrackerPoses) -> None:
-    pose.rotations[2, PELVIS] = 0.0
+    pose.rotations[2, PELVIS_TRACKER] = 0.0
 
 
 def hands_swapped(pose: TrackerPoses) -> None:
-    pose.positions[:, [HAND_L, HAND_R]] = pose.positions[:, [HAND_R, HAND_L]]
+    pose.positions[:, [HAND_L_TRACKER, HAND_R_TRACKER]] = pose.positions[:, [HAND_R_TRACKER, HAND_L_TRACKER]]
 
 
 @pytest.mark.parametrize(
@@ -162,8 +162,8 @@ def hands_swapped(pose: TrackerPoses) -> None:
 )
 def test_what_is_no_t_pose_is_refused_in_one_line(spoil: Callable[[TrackerPoses], None], message: str) -> None:
     user = replace(textbook_user(1.71), tilts=np.tile([1.0, 0.0, 0.0, 0.0], (4, 1)))
-    pose = wear(t_pose(1.0), user)
+    pose = simulate_trackers(simulate_t_pose(1.0), user)
     spoil(pose)
     with pytest.raises(InputError, match=message) as refusal:
-        calibrate(pose)
+        calibrate_trackers(pose)
     assert "\n" not in str(refusal.value)

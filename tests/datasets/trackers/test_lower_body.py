@@ -5,9 +5,9 @@ import pytest
 import torch
 
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import NAMES
-from datasets.motion.rotation import about_axis, to_matrix
-from datasets.trackers.lower_body import JOINTS, from_six, leg_rotations, to_six, toe_contacts, toe_positions, with_legs
+from datasets.motion.humanoid import BODY_NAMES
+from datasets.motion.rotation import from_axis_angle, to_matrix
+from datasets.trackers.lower_body import LEG_JOINTS, from_rotation_6d, leg_rotations, to_rotation_6d, toe_contacts, toe_positions, with_legs
 
 HALF = np.sqrt(0.5)
 QUARTER = np.array([HALF, 0.0, HALF, 0.0])  # a quarter turn about y: what pointed forward points down
@@ -27,7 +27,7 @@ def test_toes_of_straight_legs_hang_below_the_pelvis() -> None:
 
 def test_a_bent_knee_lifts_its_toe() -> None:
     pose = resting(20)
-    pose[NAMES.index("shin_l")] = QUARTER  # the shin, which hung down, points back; the toe of its foot, down
+    pose[BODY_NAMES.index("shin_l")] = QUARTER  # the shin, which hung down, points back; the toe of its foot, down
     left, right = toe_positions(torch.from_numpy(to_matrix(leg_rotations(pose)))).numpy()
     # Knee at -0.45; then 0.41 back to the ankle, and from there the foot's 0.13 forward is down and its 0.06 down is back.
     assert left == pytest.approx([-0.41 - 0.06, 0.09, -0.45 - 0.13], abs=1e-6)
@@ -36,29 +36,29 @@ def test_a_bent_knee_lifts_its_toe() -> None:
 
 def test_a_rigid_hip_turns_the_whole_leg() -> None:
     legs = leg_rotations(resting(20))
-    legs[JOINTS.index("hip_l")] = QUARTER
+    legs[LEG_JOINTS.index("hip_l")] = QUARTER
     assert toe_positions(to_matrix(legs))[0] == pytest.approx([-0.92, 0.09, -0.13], abs=1e-6)  # (x, z) becomes (z, -x)
 
 
 def test_six_numbers_are_the_forward_and_the_up_axis() -> None:
-    assert to_six(to_matrix(QUARTER)) == pytest.approx([0.0, 0.0, -1.0, 1.0, 0.0, 0.0])
+    assert to_rotation_6d(to_matrix(QUARTER)) == pytest.approx([0.0, 0.0, -1.0, 1.0, 0.0, 0.0])
 
 
 def test_six_numbers_need_be_neither_unit_nor_square() -> None:
     # Forward is kept; up loses what it has along it: (1, 0, 2) becomes (0, 0, 2).
-    assert from_six(np.array([3.0, 0.0, 0.0, 1.0, 0.0, 2.0])) == pytest.approx(np.eye(3), abs=1e-6)
-    turn = to_matrix(about_axis(np.array([0.6, 0.0, 0.8]), np.array(1.1)))
-    assert from_six(torch.from_numpy(5.0 * to_six(turn))).numpy() == pytest.approx(turn, abs=1e-6)
+    assert from_rotation_6d(np.array([3.0, 0.0, 0.0, 1.0, 0.0, 2.0])) == pytest.approx(np.eye(3), abs=1e-6)
+    turn = to_matrix(from_axis_angle(np.array([0.6, 0.0, 0.8]), np.array(1.1)))
+    assert from_rotation_6d(torch.from_numpy(5.0 * to_rotation_6d(turn))).numpy() == pytest.approx(turn, abs=1e-6)
 
 
 def test_knees_take_what_a_hinge_can() -> None:
     legs = leg_rotations(resting(1, 20))
-    legs[0, JOINTS.index("shin_r")] = [HALF, 0.5, HALF, 0.1]
-    legs[0, JOINTS.index("foot_r")] = [HALF, HALF, 0.0, 0.0]
+    legs[0, LEG_JOINTS.index("shin_r")] = [HALF, 0.5, HALF, 0.1]
+    legs[0, LEG_JOINTS.index("foot_r")] = [HALF, HALF, 0.0, 0.0]
     posed = with_legs(resting(1, 20), legs)
-    assert posed[0, NAMES.index("shin_r")] == pytest.approx(QUARTER)
-    assert posed[0, NAMES.index("foot_r")] == pytest.approx([HALF, HALF, 0.0, 0.0])
-    assert posed[0, NAMES.index("thigh_l")] == pytest.approx([1.0, 0.0, 0.0, 0.0])
+    assert posed[0, BODY_NAMES.index("shin_r")] == pytest.approx(QUARTER)
+    assert posed[0, BODY_NAMES.index("foot_r")] == pytest.approx([HALF, HALF, 0.0, 0.0])
+    assert posed[0, BODY_NAMES.index("thigh_l")] == pytest.approx([1.0, 0.0, 0.0, 0.0])
 
 
 @pytest.mark.parametrize("floats", [0.0, 0.03])  # m, of the whole clip above its ground

@@ -15,7 +15,7 @@ def test_metrics_of_two_worlds_by_hand() -> None:
     reference = np.zeros((3, 3))
     for reward, off, truth, bodies in ((1.0, 0.3, [-0.2, 0, 0], 0.02), (2.0, 0.4, [0.4, 0, 0], 0.05)):
         metrics.add(np.full(3, reward), np.tile([off, 0, 0], (3, 1)), reference, np.tile(truth, (3, 1)), np.full(3, bodies))
-    found = metrics.of(np.array([0]), np.array([20]))
+    found = metrics.compute(np.array([0]), np.array([20]))
     assert set(found) == set(TRACKING_METRICS)
     expected = {
         "episode_length_ratio": 0.2,
@@ -34,7 +34,7 @@ def test_survival_is_nine_tenths_of_the_reference(steps: int, frames: int, survi
     metrics, nowhere = EpisodeMetrics(1), np.zeros((1, 3))
     for _ in range(steps):
         metrics.add(np.ones(1), nowhere, nowhere, nowhere, np.zeros(1))
-    assert metrics.of(np.array([0]), np.array([frames]))["sr90"][0] == survived
+    assert metrics.compute(np.array([0]), np.array([frames]))["sr90"][0] == survived
 
 
 def test_body_error_is_the_mean_over_bodies_with_roots_aligned() -> None:
@@ -50,4 +50,4 @@ def test_reset_forgets_only_the_worlds_that_it_names() -> None:
     metrics.add(np.ones(2), nowhere, nowhere, nowhere, np.zeros(2))
     metrics.reset(np.array([1]))
     metrics.add(np.ones(2), nowhere, nowhere, nowhere, np.zeros(2))
-    assert metrics.of(np.array([0, 1]), np.array([20, 20]))["episode_length_ratio"].tolist() == [0.2, 0.1]
+    assert metrics.compute(np.array([0, 1]), np.array([20, 20]))["episode_length_ratio"].tolist() == [0.2, 0.1]

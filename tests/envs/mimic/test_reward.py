@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from envs.mimic.reward import Reward, discount, local_pose, position, reward, velocity
+from envs.mimic.reward import RewardTerms, compute_reward_terms, deviation_discount, local_pose, position, velocity
 from tests.envs.states import body, observed_of, random_state, reference_of, rewarded_of, t_pose, tensors
 
 
@@ -14,7 +14,7 @@ def about_z(degrees: float) -> np.ndarray:
 
 def test_perfect_imitation_earns_three() -> None:
     for state in (t_pose(), random_state(0)):
-        terms = reward(state, reference_of(state))
+        terms = compute_reward_terms(state, reference_of(state))
         assert all(np.allclose(term, 1.0, atol=1e-6) for term in terms)
         assert np.allclose(terms.total, 3.0, atol=1e-6)
 
@@ -128,16 +128,16 @@ def test_discount_of_a_lost_head(distance: float, expected: float) -> None:
     # clamp(1.3 - 1.4 d, 0, 1): 1.3 - 0.28 is cut to 1; 1.3 - 0.7 = 0.6; 1.3 - 1.26 = 0.04; 1.3 - 1.4 is cut to 0.
     agent = t_pose()
     agent.pos[0, body("head")] += distance * np.array([0.6, 0.0, 0.8])
-    assert discount(agent, observed_of(t_pose()))[0] == pytest.approx(expected)
+    assert deviation_discount(agent, observed_of(t_pose()))[0] == pytest.approx(expected)
 
 
 def test_discount_scales_the_sum() -> None:
     # The whole figure half a metre away: local pose, position and velocity are perfect, so 0.6 x 3.
     agent = t_pose()
     agent.pos[:] += [0.5, 0.0, 0.0]
-    assert reward(agent, reference_of(t_pose())).total[0] == pytest.approx(1.8)
+    assert compute_reward_terms(agent, reference_of(t_pose())).total[0] == pytest.approx(1.8)
     # 0.5 x (0.2 + 0.3 + 0.4)
-    assert Reward(*np.array([0.2, 0.3, 0.4, 0.5])).total == pytest.approx(0.45)
+    assert RewardTerms(*np.array([0.2, 0.3, 0.4, 0.5])).total == pytest.approx(0.45)
 
 
 def test_of_a_pair_the_clean_clip_earns_everything_but_the_place() -> None:
@@ -148,40 +148,42 @@ def test_of_a_pair_the_clean_clip_earns_everything_but_the_place() -> None:
     observed.pos[0, body("hand_l")] += [0.0, 0.2, 0.0]
     observed.lin_vel[0, 5:] = [2.0, 0.0, 0.0]
     observed.pos[:] += [0.5, 0.0, 0.0]
-    terms = reward(t_pose(), reference_of(observed, t_pose()))
+    terms = compute_reward_terms(t_pose(), reference_of(observed, t_pose()))
     assert [term[0] for term in terms] == pytest.approx([1.0, 1.0, 1.0, 0.6])
     assert terms.total[0] == pytest.approx(1.8)
     # Who does what is observed instead is where it should be, and pays for the rest.
-    terms = reward(observed, reference_of(observed, t_pose()))
+    terms = compute_reward_terms(observed, reference_of(observed, t_pose()))
     assert terms.discount[0] == pytest.approx(1.0)
     assert max(terms.local_pose[0], terms.position[0], terms.velocity[0]) < 1.0
 
 
 def test_worlds_do_not_mix() -> None:
     agent, target = random_state(1), random_state(2)
-    together = reward(agent, reference_of(target))
+    together = compute_reward_terms(agent, reference_of(target))
     for world in range(7):
         one, other = (type(state)(*(array[world : world + 1] for array in state)) for state in (agent, target))
-        assert np.allclose([term[0] for term in reward(one, reference_of(other))], [term[world] for term in together])
+        assert np.allclose([term[0] for term in compute_reward_terms(one, reference_of(other))], [term[world] for term in together])
 
 
 @pytest.mark.parametrize("worlds", [1, 7, 40])
 def test_neither_neighbours_nor_the_layout_of_memory_change_a_bit(worlds: int) -> None:
     # Single precision, rotations laid out world by world, and entry by entry as the simulation hands them over.
     agent, target = (type(state)(*(array.astype(np.float32) for array in state)) for state in (random_state(5, 40), random_state(6, 40)))
-    together = reward(agent, reference_of(target))
+    together = compute_reward_terms(agent, reference_of(target))
     some, others = (type(state)(*(array[:worlds] for array in state)) for state in (agent, target))
     for order in ("C", "F"):
         rearranged = some._replace(rot=np.array(some.rot, order=order))
-        for term, expected in zip(reward(rearranged, reference_of(others)), together, strict=True):
+        for term, expected in zip(compute_reward_terms(rearranged, reference_of(others)), together, strict=True):
             assert np.allclose(term, expected[:worlds], rtol=1e-6)
     by_entry = some._replace(rot=some.rot.transpose(2, 3, 0, 1).copy().transpose(2, 3, 0, 1))
     alone = agent._replace(rot=agent.rot.transpose(2, 3, 0, 1).copy().transpose(2, 3, 0, 1))
-    for term, expected in zip(reward(by_entry, reference_of(others)), reward(alone, reference_of(target)), strict=True):
+    for term, expected in zip(
+        compute_reward_terms(by_entry, reference_of(others)), compute_reward_terms(alone, reference_of(target)), strict=True
+    ):
         assert np.array_equal(term, expected[:worlds])
 
 
 def test_torch_agrees_with_numpy() -> None:
     agent, target = random_state(3), reference_of(random_state(4))
-    for mine, theirs in zip(reward(agent, target), reward(tensors(agent), tensors(target)), strict=True):
+    for mine, theirs in zip(compute_reward_terms(agent, target), compute_reward_terms(tensors(agent), tensors(target)), strict=True):
         assert np.allclose(mine, theirs.numpy(), rtol=1e-12)

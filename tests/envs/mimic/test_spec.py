@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from datasets.motion.humanoid import HINGES, NAMES
+from datasets.motion.humanoid import BODY_NAMES, HINGES
 from envs.mimic.spec import MimicSpec, action_table, observation_table
 
 
@@ -32,13 +32,13 @@ def test_other_configurations() -> None:
     # drecon: six bodies, 13 + 4 x 18 + 20. full: all hinges, 13 + 4 x 60 + 43.
     drecon, full = MimicSpec("drecon"), MimicSpec("full")
     assert (drecon.observation_size, drecon.action_size) == (105, 20)
-    assert [NAMES[b] for b in drecon.observed_bodies] == ["pelvis", "head", "hand_l", "hand_r", "foot_l", "foot_r"]
+    assert [BODY_NAMES[b] for b in drecon.observed_bodies] == ["pelvis", "head", "hand_l", "hand_r", "foot_l", "foot_r"]
     assert (full.observation_size, full.action_size) == (296, 43)
 
 
 def test_residuals_leave_the_spine_alone() -> None:
     # ERRATA: thighs 3 + 3, shins 1 + 1, feet 3 + 3, upper arms 3 + 3.
-    bodies = [NAMES[HINGES[h][0]] for h in MimicSpec().residual_hinges]
+    bodies = [BODY_NAMES[HINGES[h][0]] for h in MimicSpec().residual_hinges]
     counts = {name: bodies.count(f"{name}_l") for name in ("thigh", "shin", "foot", "upper_arm")}
     assert counts == {"thigh": 3, "shin": 1, "foot": 3, "upper_arm": 3}
     assert [b.removesuffix("_l") for b in bodies if b.endswith("_l")] == [b.removesuffix("_r") for b in bodies if b.endswith("_r")]

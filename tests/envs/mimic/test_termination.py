@@ -5,8 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from datasets.motion.body_state import BodyState
-from envs.mimic.reward import discount
-from envs.mimic.termination import fallen, lost
+from envs.mimic.reward import deviation_discount
+from envs.mimic.termination import has_fallen, has_lost_reference
 from tests.envs.states import body, observed_of, random_state, t_pose, tensors
 
 # Heights of the origins at which the upright shapes' lowest points would stand on the ground, z + end - radius = 0:
@@ -27,7 +27,7 @@ def test_reference_is_lost(distance: float, expected: bool) -> None:
     # 1.3 - 1.4 d < 0.025 where d > 1.275 / 1.4 = 0.910714 m.
     agent = t_pose()
     agent.pos[0, body("head"), 1] += distance
-    assert bool(lost(discount(agent, observed_of(t_pose())))[0]) is expected
+    assert bool(has_lost_reference(deviation_discount(agent, observed_of(t_pose())))[0]) is expected
 
 
 @pytest.mark.parametrize(
@@ -42,18 +42,18 @@ def test_reference_is_lost(distance: float, expected: bool) -> None:
     ],
 )
 def test_three_spinal_bodies_on_the_ground(names: tuple[str, ...], expected: bool) -> None:
-    assert bool(fallen(lowered(*names))[0]) is expected
+    assert bool(has_fallen(lowered(*names))[0]) is expected
 
 
 @pytest.mark.parametrize(("above", "expected"), [(-0.02, True), (0.004, True), (0.006, False)])
 def test_touching_is_nearer_than_five_millimetres(above: float, expected: bool) -> None:
-    assert bool(fallen(lowered("pelvis", "spine", "chest", above=above))[0]) is expected
+    assert bool(has_fallen(lowered("pelvis", "spine", "chest", above=above))[0]) is expected
 
 
 def test_limbs_on_the_ground_are_no_fall() -> None:
     state = t_pose()
     state.pos[0, 4:, 2] = 0.0
-    assert not fallen(state)[0]
+    assert not has_fallen(state)[0]
 
 
 def test_lying_on_the_side() -> None:
@@ -62,16 +62,16 @@ def test_lying_on_the_side() -> None:
     state = t_pose()
     state.rot[0, :4] = Rotation.from_euler("x", 90, degrees=True).as_matrix()
     state.pos[0, :3, 2] = [0.16, 0.14, 0.17]
-    assert fallen(state)[0]
+    assert has_fallen(state)[0]
     state.pos[0, 2, 2] = 0.18
-    assert not fallen(state)[0]
+    assert not has_fallen(state)[0]
 
 
 def test_worlds_are_judged_one_by_one_and_torch_agrees() -> None:
     states = [lowered("pelvis", "spine", "chest"), t_pose(), lowered("chest", "head", "spine")]
     together = BodyState(*(np.concat(arrays) for arrays in zip(*states, strict=True)))
-    assert fallen(together).tolist() == [True, False, True]
-    assert fallen(tensors(together)).tolist() == [True, False, True]
+    assert has_fallen(together).tolist() == [True, False, True]
+    assert has_fallen(tensors(together)).tolist() == [True, False, True]
     many = random_state(5, 200)
-    assert fallen(many).tolist() == fallen(tensors(many)).tolist()
-    assert 0 < fallen(many).sum() < 200
+    assert has_fallen(many).tolist() == has_fallen(tensors(many)).tolist()
+    assert 0 < has_fallen(many).sum() < 200

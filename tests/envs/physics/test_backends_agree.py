@@ -17,8 +17,8 @@ import torch
 
 from datasets.library.motion_library import MotionLibrary
 from envs.mimic.spec import MimicSpec
-from eval.backends.episodes import COMPARED, episode_pairs
-from eval.backends.steps import ALIKE, KINDS, TOUCHING, StepDifferences, step_differences
+from eval.backends.episodes import COMPARED_METRICS, episode_pairs
+from eval.backends.steps import ALIKE, CAUSES, TOUCHING, StepDifferences, step_differences
 from tests.envs.devices import DEVICES
 from trainers.evaluation.protocol import zero_residual
 
@@ -56,7 +56,7 @@ def test_known_differences_stay_small(library: MotionLibrary, device: torch.devi
     assert found.observation.max() < 10.0  # m/s, of one of 20 bodies
     assert found.reward.max() < 0.3  # of 3
     assert found.ended.mean() < 0.005
-    for kind in set(KINDS) - {ALIKE}:
+    for kind in set(CAUSES) - {ALIKE}:
         assert (found.kind == kind).mean() < 0.1
 
 
@@ -79,7 +79,7 @@ def test_episodes_go_the_same_way(library: MotionLibrary, device: torch.device) 
         pairs = episode_pairs(act, library, spec, 64, device)
         assert not np.isnan(pairs.warp["episode_length_ratio"]).any()
         assert pairs.cpu["episode_length_ratio"].std() > 0.05  # not all the same
-        for name in COMPARED:
+        for name in COMPARED_METRICS:
             difference, error = pairs.difference(name)
             assert abs(difference) <= (3.0 if device.type == "cpu" else 5.0) * error + 1e-3, name  # a GPU throws the dice anew each time
         assert abs(pairs.difference("episode_length_ratio")[0]) < 0.03

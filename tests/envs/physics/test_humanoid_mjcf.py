@@ -4,9 +4,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from datasets.motion.humanoid import CENTRES, HINGE_NAMES, MASSES, NAMES
-from envs.physics.humanoid_mjcf import HINGE_KP, HINGE_KV, build_model, drive
-from envs.physics.protocol import CONTROL_STEP, engine_steps
+from datasets.motion.humanoid import BODY_COM_OFFSETS, BODY_MASSES_KG, BODY_NAMES, HINGE_NAMES
+from envs.physics.humanoid_mjcf import HINGE_KP, HINGE_KV, build_model, motor_parameters
+from envs.physics.protocol import CONTROL_STEP_S, engine_steps
 from tests.builders import STANDING, hinge
 
 HIGH = 5.0  # m, where nothing is touched
@@ -35,7 +35,7 @@ def touching(model: mujoco.MjModel, data: mujoco.MjData) -> set[frozenset[str]]:
 def test_sizes_and_order(model: mujoco.MjModel) -> None:
     # A free root has 7 positions and 6 velocities beside the 43 hinges.
     assert (model.nq, model.nv, model.nu, model.nbody) == (50, 49, 43, 21)
-    assert [model.body(b).name for b in range(1, 21)] == list(NAMES)
+    assert [model.body(b).name for b in range(1, 21)] == list(BODY_NAMES)
     assert [model.joint(j).name for j in range(1, 44)] == list(HINGE_NAMES)
     assert [model.actuator(a).name for a in range(43)] == list(HINGE_NAMES)
     assert model.actuator_trnid[:, 0].tolist() == list(range(1, 44))
@@ -43,7 +43,7 @@ def test_sizes_and_order(model: mujoco.MjModel) -> None:
 
 def test_a_frame_of_the_reference_is_a_whole_number_of_engine_steps(model: mujoco.MjModel) -> None:
     assert engine_steps(model, 1.0 / 60.0) == 4
-    assert engine_steps(model, CONTROL_STEP) == 8
+    assert engine_steps(model, CONTROL_STEP_S) == 8
     odd = build_model()
     odd.opt.timestep = 1.0 / 100.0
     with pytest.raises(ValueError, match=r"time step is 0\.01 s, should be a whole part of 0\.0166667 s"):
@@ -64,9 +64,9 @@ def test_ankles_and_toes_have_the_inertia_of_their_motors(model: mujoco.MjModel)
 
 
 def test_masses_and_centres_are_the_humanoids(model: mujoco.MjModel) -> None:
-    assert np.allclose(model.body_mass[1:], MASSES)
+    assert np.allclose(model.body_mass[1:], BODY_MASSES_KG)
     assert model.body_mass.sum() == pytest.approx(72.0)
-    assert np.allclose(model.body_ipos[1:], CENTRES, atol=1e-9)
+    assert np.allclose(model.body_ipos[1:], BODY_COM_OFFSETS, atol=1e-9)
 
 
 def test_motors_are_pd_controllers_with_a_limit(model: mujoco.MjModel) -> None:
@@ -96,7 +96,7 @@ def test_the_limit_takes_no_damping_away(model: mujoco.MjModel) -> None:
 
 
 def test_gains_by_hinge() -> None:
-    assert HINGE_KP[hinge("shin_l_y")] == drive("shin_r").kp == 500.0
+    assert HINGE_KP[hinge("shin_l_y")] == motor_parameters("shin_r").kp == 500.0
     assert np.allclose(HINGE_KV, 0.05 * HINGE_KP)
 
 

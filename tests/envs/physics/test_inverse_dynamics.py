@@ -10,9 +10,9 @@ import pytest
 
 from datasets.library.motion_library import MotionLibrary
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import local_rotations
-from datasets.motion.rotation import about_axis
-from envs.physics.inverse_dynamics import LIMIT, feed_forward, with_feed_forward
+from datasets.motion.humanoid import rotations_from_hinges
+from datasets.motion.rotation import from_axis_angle
+from envs.physics.inverse_dynamics import MAX_FEED_FORWARD_RAD, compute_feed_forward, with_feed_forward
 from envs.physics.mujoco_cpu import CpuPhysics
 from tests.builders import STANDING, hinge, posed
 
@@ -23,8 +23,8 @@ SQUATTING = 0.03 + 0.83 * np.cos(np.radians(30.0)) + 0.08  # m, height of the pe
 
 def told(motion: BodyMotion) -> np.ndarray:
     """Return the angles [rad] in the middle of a clip, shape (43,)."""
-    library = MotionLibrary.of([motion])
-    return feed_forward(library.start_pose, library.start_vel, library.fps)[len(motion) // 2]
+    library = MotionLibrary.from_clips([motion])
+    return compute_feed_forward(library.start_pose, library.start_vel, library.fps)[len(motion) // 2]
 
 
 def test_a_forearm_held_out_level() -> None:
@@ -52,8 +52,8 @@ def test_ankles_and_hips_hold_a_body_that_leans() -> None:
     hinges = np.zeros((5, 43))
     hinges[:, [hinge("foot_l_y"), hinge("foot_r_y")]] = -lean
     root = np.tile([0.86 * np.sin(lean), 0.0, 0.08 + 0.86 * np.cos(lean)], (5, 1))
-    tilted = np.tile(about_axis(np.array([0.0, 1.0, 0.0]), np.array(lean)), (5, 1))
-    found = told(BodyMotion(root, local_rotations(tilted, hinges), 60.0, "leaning"))
+    tilted = np.tile(from_axis_angle(np.array([0.0, 1.0, 0.0]), np.array(lean)), (5, 1))
+    found = told(BodyMotion(root, rotations_from_hinges(tilted, hinges), 60.0, "leaning"))
     assert found[[hinge("foot_l_y"), hinge("foot_r_y")]] == pytest.approx([0.05836, 0.05836], rel=0.01)
     assert found[[hinge("thigh_l_y"), hinge("thigh_r_y")]] == pytest.approx([0.008987, 0.008987], rel=0.02)
 
@@ -105,13 +105,13 @@ def test_angles_have_a_limit() -> None:
     time = np.arange(30) / 60.0
     still = posed({}, 30, 5.0)
     found = told(replace(still, root_position=still.root_position + 250.0 * time[:, None] ** 2 * [1.0, 0.0, 0.0]))
-    assert found[[hinge("upper_arm_l_z"), hinge("upper_arm_r_z")]] == pytest.approx([-LIMIT, LIMIT])
-    assert np.abs(found).max() == LIMIT == 1.0
+    assert found[[hinge("upper_arm_l_z"), hinge("upper_arm_r_z")]] == pytest.approx([-MAX_FEED_FORWARD_RAD, MAX_FEED_FORWARD_RAD])
+    assert np.abs(found).max() == MAX_FEED_FORWARD_RAD == 1.0
 
 
 def test_every_clip_of_a_library_is_worked_out_by_itself() -> None:
     alone, other = posed({}, 5), squatting()
-    library = MotionLibrary.of([alone, other])
+    library = MotionLibrary.from_clips([alone, other])
     fed = with_feed_forward(library)
     assert library.feed_forward is None
     assert fed.feed_forward is not None
@@ -130,7 +130,7 @@ def test_one_frame_is_enough() -> None:
 def test_told_the_torques_a_squat_does_not_sink() -> None:
     # Without, knees give way by 57 Nm / 500 = 0.11 rad before their motors bear the weight: some 0.11 x 0.21 m = 2.4 cm lower for
     # knees alone. Told the torque, nothing has to give way but the ground's own softness.
-    library = with_feed_forward(MotionLibrary.of([squatting()]))
+    library = with_feed_forward(MotionLibrary.from_clips([squatting()]))
     assert library.feed_forward is not None
     physics = CpuPhysics(2)
     physics.reset(np.arange(2), np.tile(library.start_pose[2], (2, 1)), np.zeros((2, 49)))
@@ -145,7 +145,7 @@ def test_told_the_torques_a_squat_does_not_sink() -> None:
 
 def test_standing_is_standing() -> None:
     # The same for a T-pose that stands on straight legs: its soles stay where they are.
-    library = with_feed_forward(MotionLibrary.of([posed({}, 5)]))
+    library = with_feed_forward(MotionLibrary.from_clips([posed({}, 5)]))
     assert library.feed_forward is not None
     physics = CpuPhysics(1)
     physics.reset(np.arange(1), library.start_pose[:1], np.zeros((1, 49)))

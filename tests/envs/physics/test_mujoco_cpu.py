@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from datasets.library.motion_library import MotionLibrary, axis_velocity
-from datasets.motion.humanoid import MASS
-from envs.physics.mujoco_cpu import CpuPhysics, FilmedPhysics
+from datasets.motion.humanoid import TOTAL_MASS_KG
+from envs.physics.mujoco_cpu import CpuPhysics, RecordingPhysics
 
 ROWS = np.array([50, 200, 300, 520])
 
@@ -134,17 +134,17 @@ def test_branches_go_on_exactly_like_their_parents(physics: CpuPhysics, library:
 
 
 def test_filming_changes_no_bit_and_ends_with_the_present(library: MotionLibrary) -> None:
-    plain, filmed = CpuPhysics(4), FilmedPhysics(4)
+    plain, filmed = CpuPhysics(4), RecordingPhysics(4)
     for one in (plain, filmed):
         one.reset(np.arange(4), library.start_pose[ROWS], library.start_vel[ROWS])
     for _ in range(6):
         plain.step(targets(library))
         filmed.step(targets(library))
         # A control step is two frames of the reference.
-        assert len(filmed.film) == 2
-        for shown, now in zip(filmed.film[1], filmed.motion(), strict=True):
+        assert len(filmed.substates) == 2
+        for shown, now in zip(filmed.substates[1], filmed.motion(), strict=True):
             assert np.array_equal(shown, now)
-        assert np.array_equal(filmed.film[1][2], targets(library))
+        assert np.array_equal(filmed.substates[1][2], targets(library))
     assert np.array_equal(plain.get_state(), filmed.get_state())
     for mine, theirs in zip(plain.bodies(), filmed.bodies(), strict=True):
         assert np.array_equal(mine, theirs)
@@ -152,12 +152,12 @@ def test_filming_changes_no_bit_and_ends_with_the_present(library: MotionLibrary
 
 def test_films_frames_are_a_sixtieth_of_a_second_apart(library: MotionLibrary) -> None:
     # A T-pose in the air that rises at 3 m/s: after t its pelvis, above an even more massive body, has risen by about 3 t - g t^2 / 2.
-    filmed = FilmedPhysics(1)
+    filmed = RecordingPhysics(1)
     filmed.reset(np.arange(1), library.start_pose[560:561] + np.eye(1, 50, 2), 3.0 * np.eye(1, 49, 2))
     heights = [filmed.poses()[0, 2]]
     for _ in range(3):
         filmed.step(library.at(np.array([560])).observed.hinges)
-        heights += [pose[0, 2] for pose, _, _ in filmed.film]
+        heights += [pose[0, 2] for pose, _, _ in filmed.substates]
     time = np.arange(7) / 60.0
     assert np.diff(heights) == pytest.approx(np.diff(3.0 * time - 0.5 * 9.81 * time**2), abs=2e-3)
 
@@ -168,8 +168,8 @@ def test_a_force_on_the_root_acts_until_another_is_told(library: MotionLibrary) 
     physics = CpuPhysics(3)
     physics.reset(np.arange(3), np.tile(library.start_pose[560] + np.eye(1, 50, 2)[0], (3, 1)), np.zeros((3, 49)))
     wrench = np.zeros((3, 6))
-    wrench[0, 2], wrench[2, 0] = 9.81 * MASS, MASS
-    physics.hold_root(wrench)
+    wrench[0, 2], wrench[2, 0] = 9.81 * TOTAL_MASS_KG, TOTAL_MASS_KG
+    physics.set_root_wrench(wrench)
     before = physics.bodies().com
     angles = np.tile(library.at(np.array([560])).observed.hinges, (3, 1))
     for _ in range(6):
@@ -177,7 +177,7 @@ def test_a_force_on_the_root_acts_until_another_is_told(library: MotionLibrary) 
     moved = physics.bodies().com - before
     assert moved[:, 2] == pytest.approx([0.0, -0.196, -0.196], abs=0.01)
     assert moved[:, 0] == pytest.approx([0.0, 0.0, 0.02], abs=2e-3)
-    physics.hold_root(np.zeros((3, 6)))
+    physics.set_root_wrench(np.zeros((3, 6)))
     speed = physics.bodies().com_vel[0, 2]
     physics.step(angles)
     assert physics.bodies().com_vel[0, 2] == pytest.approx(speed - 9.81 / 30.0, abs=0.01)

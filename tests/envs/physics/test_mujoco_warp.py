@@ -8,7 +8,7 @@ from configs.errors import InputError
 from datasets.library.motion_library import MotionLibrary
 from envs.physics import mujoco_warp as physics_warp
 from envs.physics.mujoco_cpu import CpuPhysics
-from envs.physics.mujoco_warp import WarpPhysics, libraries
+from envs.physics.mujoco_warp import WarpPhysics, import_warp
 from tests.envs.devices import DEVICES, assert_same
 
 ROWS = np.array([40, 200, 500, 600])
@@ -55,7 +55,7 @@ def test_a_world_with_more_contacts_than_there_is_room_for_has_failed(
     library: MotionLibrary, device: torch.device, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Four corners of a foot and of its toes, both sides, four edges of friction each: 64 rows. In the air there are none.
-    monkeypatch.setattr(physics_warp, "CONSTRAINTS", 32)
+    monkeypatch.setattr(physics_warp, "MAX_CONSTRAINT_ROWS", 32)
     physics = placed(library, device)
     state = physics.get_state()
     state["qpos"][:3, 2] += 0.5
@@ -68,8 +68,8 @@ def test_a_force_on_the_root_acts_as_on_the_cpu(library: MotionLibrary, device: 
     wrench = np.array([[0.0, 0.0, 1500.0, 0.0, 0.0, 0.0], [300.0, 0.0, 0.0, 0.0, 90.0, 0.0], [0.0] * 6, [0.0, -200.0, 0.0, 50.0, 0.0, 0.0]])
     ours, other = CpuPhysics(4), placed(library, device)
     ours.reset(np.arange(4), library.start_pose[ROWS], library.start_vel[ROWS])
-    ours.hold_root(wrench)
-    other.hold_root(torch.tensor(wrench, dtype=torch.float32, device=device))
+    ours.set_root_wrench(wrench)
+    other.set_root_wrench(torch.tensor(wrench, dtype=torch.float32, device=device))
     before = other.bodies().pos[0, 0, 2].item()
     for _ in range(3):
         ours.step(library.at(ROWS).observed.hinges)
@@ -111,10 +111,10 @@ def test_only_the_chosen_worlds_are_reset(library: MotionLibrary, device: torch.
 def test_without_the_package_there_is_one_clear_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(physics_warp, "find_spec", lambda _: None)
     with pytest.raises(InputError, match=r"mujoco-warp is not installed; should be cpu, or install it: pip install '\.\[gpu\]'"):
-        libraries(torch.device("cpu"))
+        import_warp(torch.device("cpu"))
 
 
 def test_a_driver_that_is_too_old_is_one_clear_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("warp.is_cuda_available", lambda: False)
     with pytest.raises(InputError, match=r"warp cannot use its driver; should be one for CUDA 13 \(580 or newer\)"):
-        libraries(torch.device("cuda"))
+        import_warp(torch.device("cuda"))

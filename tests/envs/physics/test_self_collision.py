@@ -8,10 +8,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import HINGE_NAMES, NAMES, hinge_angles, local_rotations
+from datasets.motion.humanoid import BODY_NAMES, HINGE_NAMES, hinge_angles, rotations_from_hinges
 from datasets.motion.kinematics import body_poses
 from envs.physics.humanoid_mjcf import build_model
-from envs.physics.self_collision import separate
+from envs.physics.self_collision import remove_self_penetration
 from tests.builders import hinge, posed
 from tests.envs.states import swaying
 
@@ -44,8 +44,8 @@ def arm_before_the_chest(ahead: np.ndarray) -> BodyMotion:
     local = motion.local_rotations.copy()
     upper = Rotation.from_matrix(np.stack([np.cross(along, axis), along, axis], axis=2))
     bend = np.arccos(np.sum(along * across, axis=1))
-    local[:, NAMES.index("upper_arm_l")] = upper.as_quat(scalar_first=True)
-    local[:, NAMES.index("forearm_l")] = Rotation.from_rotvec(bend[:, None] * [0.0, 0.0, 1.0]).as_quat(scalar_first=True)
+    local[:, BODY_NAMES.index("upper_arm_l")] = upper.as_quat(scalar_first=True)
+    local[:, BODY_NAMES.index("forearm_l")] = Rotation.from_rotvec(bend[:, None] * [0.0, 0.0, 1.0]).as_quat(scalar_first=True)
     return replace(motion, local_rotations=local)
 
 
@@ -57,11 +57,11 @@ def hand_on_the_breastbone() -> BodyMotion:
 def test_a_forearm_2_cm_inside_the_chest_comes_out() -> None:
     inside = hand_on_the_breastbone()
     assert depth(inside, "chest", "forearm_l") == pytest.approx(0.02, abs=1e-6)
-    found = separate(inside)
+    found = remove_self_penetration(inside)
     assert depth(found, "chest", "forearm_l").max() < 0.009  # flesh gives way by 8 mm; from 10 on METRICS counts it
     # By little: 2 cm at an arm of 0.28 + 0.2 m. All else is where it was.
     moved = np.linalg.norm(body_poses(found)[0] - body_poses(inside)[0], axis=-1)
-    arm = [NAMES.index(name) for name in ("forearm_l", "hand_l")]
+    arm = [BODY_NAMES.index(name) for name in ("forearm_l", "hand_l")]
     assert 0.005 < moved[:, arm].max() < 0.05
     assert moved[:, [b for b in range(20) if b not in arm]].max() < 1e-9
     assert np.array_equal(found.root_position, inside.root_position)
@@ -74,7 +74,7 @@ def test_thighs_that_cross_come_apart() -> None:
     seated = {f"{joint}_{side}_y": degrees for joint, degrees in (("thigh", -90.0), ("shin", 90.0)) for side in "lr"}
     crossed = posed({**seated, "thigh_l_z": -5.0, "thigh_r_z": 5.0, "foot_l_z": 5.0, "foot_r_z": -5.0}, FRAMES)
     assert depth(crossed, "thigh_l", "thigh_r") == pytest.approx(0.0210, abs=1e-4)
-    found = separate(crossed)
+    found = remove_self_penetration(crossed)
     assert depth(found, "thigh_l", "thigh_r").max() < 0.009
     # The body above stays as it was, to rounding; both thighs give way alike, at most all of the way to straight ahead.
     assert found.local_rotations[:, :12] == pytest.approx(crossed.local_rotations[:, :12], abs=1e-12)
@@ -91,14 +91,14 @@ def passing() -> BodyMotion:
     hinges[:, hinge("upper_arm_l_x")] = np.radians(-60.0)
     hinges[:, hinge("upper_arm_l_x")] -= np.radians(50.0) * np.exp(-((time / 0.15) ** 2))  # into the flank
     still = posed({}, 360)
-    return replace(still, local_rotations=local_rotations(still.local_rotations[:, 0], hinges))
+    return replace(still, local_rotations=rotations_from_hinges(still.local_rotations[:, 0], hinges))
 
 
 def test_corrections_come_and_go_smoothly() -> None:
     through = passing()
     deep = np.max([depth(through, name, "forearm_l") for name in ("pelvis", "spine", "chest")], axis=0)
     assert deep.max() > 0.03
-    found = separate(through)
+    found = remove_self_penetration(through)
     assert np.max([depth(found, name, "forearm_l") for name in ("pelvis", "spine", "chest")]) < 0.006
     given = hinge_angles(found.local_rotations) - hinge_angles(through.local_rotations)
     # An arm is turned a little longer than the overlap lasts: by 0.15 s, and by the 4 deviations of 0.075 s that smoothing reaches: 27
@@ -117,18 +117,18 @@ def test_a_limb_goes_out_on_the_side_where_it_came_in() -> None:
     time = np.arange(240) / 240.0
     through = arm_before_the_chest(0.085 + 0.115 * np.cos(2.0 * np.pi * time))
     assert depth(through, "chest", "forearm_l").max() > 0.1
-    found = separate(through)
+    found = remove_self_penetration(through)
     assert max(depth(found, name, "forearm_l").max() for name in ("chest", "spine")) < 0.009
-    elbow = body_poses(found)[0][:, NAMES.index("forearm_l"), 0]
+    elbow = body_poses(found)[0][:, BODY_NAMES.index("forearm_l"), 0]
     assert elbow.min() > 0.05
     assert np.abs(np.diff(elbow)).max() < 0.02
 
 
 def test_clips_without_overlaps_come_back_themselves() -> None:
     for motion in (posed({"upper_arm_l_x": -40.0, "thigh_r_y": -30.0}, 5), swaying("sway", 60, 0.4)):
-        assert separate(motion) is motion
+        assert remove_self_penetration(motion) is motion
 
 
 def test_the_ground_is_no_body() -> None:
     sunk = posed({}, 5, height=0.5)
-    assert separate(sunk) is sunk
+    assert remove_self_penetration(sunk) is sunk

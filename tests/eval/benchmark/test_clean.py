@@ -12,9 +12,9 @@ from datasets.formats.bvh import write_bvh
 from envs.mimic.spec import MimicSpec
 from eval.benchmark import clean as benchmark_clean
 from eval.benchmark import cli as benchmark
-from eval.benchmark.clean import BareCrowd, CrowdTape, faulty_clip, measure_clean
+from eval.benchmark.clean import BareSamcon, SamconRecorder, faulty_clip, measure_clean
 from eval.clean import samcon as crowd
-from eval.clean.pipeline import Cleaner
+from eval.clean.pipeline import CleaningPipeline
 from tests.builders import as_bvh, posed
 from tests.envs.states import swaying
 
@@ -22,20 +22,20 @@ WORLDS = 6
 
 
 @pytest.fixture
-def cleaner(monkeypatch: pytest.MonkeyPatch) -> Cleaner:
+def cleaner(monkeypatch: pytest.MonkeyPatch) -> CleaningPipeline:
     """Return a cleaner with a crowd of six."""
     for module in (crowd, benchmark_clean):
         monkeypatch.setattr(module, "CROWD", WORLDS)
-    monkeypatch.setattr(crowd, "BEST", 2)
+    monkeypatch.setattr(crowd, "NUM_SURVIVORS", 2)
     torch.manual_seed(0)
     spec = MimicSpec()
-    return Cleaner(Policy(spec.observation_size, spec.action_size, (8,)), spec, 1)
+    return CleaningPipeline(Policy(spec.observation_size, spec.action_size, (8,)), spec, 1)
 
 
 def test_benchmark_writes_its_figures(
-    cleaner: Cleaner, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    cleaner: CleaningPipeline, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def small(motions: str, rounds: int, after_round: benchmark.Callable[[], None]) -> benchmark.Speed:
+    def small(motions: str, rounds: int, after_round: benchmark.Callable[[], None]) -> benchmark.BenchmarkResult:
         assert motions == "synthetic"
         return measure_clean(cleaner, swaying("sway", 72, 0.3), rounds, after_round)
 
@@ -53,12 +53,12 @@ def test_benchmark_writes_its_figures(
     assert "seconds of clip/s" in capsys.readouterr().out
 
 
-def test_bare_mujoco_goes_the_way_of_the_crowd(cleaner: Cleaner) -> None:
-    tape = CrowdTape(WORLDS, 1)
-    benchmark_clean._perform(cleaner, swaying("sway", 72, 0.3), tape)
+def test_bare_mujoco_goes_the_way_of_the_crowd(cleaner: CleaningPipeline) -> None:
+    tape = SamconRecorder(WORLDS, 1)
+    benchmark_clean._search(cleaner, swaying("sway", 72, 0.3), tape)
     branched = [step for step, events in tape.resets.items() if step and any(len(worlds) == WORLDS for worlds, _ in events)]
     assert branched  # somebody went on from another, or all began again
-    bare = BareCrowd(tape, WORLDS, 1)
+    bare = BareSamcon(tape, WORLDS, 1)
     for _ in range(2):  # it raises if it ends elsewhere
         bare.prepare()
         assert bare.run() == WORLDS * len(tape.targets)

@@ -13,22 +13,22 @@ from datasets.library.motion_library import MotionLibrary
 from envs.vector_env import AdaptMimicVectorEnv
 from eval.benchmark import cli as benchmark
 from eval.benchmark.env import measure_envs
-from eval.benchmark.peers.bare_mujoco import BareBatch, BareStep, Tape
-from eval.benchmark.root import Task, measure_root
+from eval.benchmark.peers.bare_mujoco import BareBatch, BareStep, ControlRecorder
+from eval.benchmark.root import RootTask, measure_root
 from tests.envs.states import swaying
 
 
 @pytest.fixture(scope="module")
 def library() -> MotionLibrary:
-    return MotionLibrary.of([swaying("sway", 60, 0.3), swaying("walk", 90, 0.5)])
+    return MotionLibrary.from_clips([swaying("sway", 60, 0.3), swaying("walk", 90, 0.5)])
 
 
-def taped(library: MotionLibrary, worlds: int) -> Tape:
+def taped(library: MotionLibrary, worlds: int) -> ControlRecorder:
     """Return what an env did in 30 steps that ended some of its episodes."""
     env = AdaptMimicVectorEnv(library, worlds)
-    env.physics = tape = Tape(worlds, 1)
+    env.physics = tape = ControlRecorder(worlds, 1)
     env.reset(seed=0)
-    tape.rewind()
+    tape.restart_recording()
     rng = np.random.default_rng(0)
     ended = 0
     for _ in range(30):
@@ -59,7 +59,7 @@ def test_another_way_is_noticed(library: MotionLibrary) -> None:
 def test_benchmark_writes_its_figures(
     library: MotionLibrary, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def small(motions: str, rounds: int, after_round: benchmark.Callable[[], None]) -> benchmark.Speed:
+    def small(motions: str, rounds: int, after_round: benchmark.Callable[[], None]) -> benchmark.BenchmarkResult:
         assert motions == "synthetic"
         return measure_envs(library, rounds, worlds=4, peer_worlds=2, steps=3, after_round=after_round)
 
@@ -108,10 +108,10 @@ def test_unknown_benchmark_names_those_that_exist(capsys: pytest.CaptureFixture[
 
 
 def test_root_benchmark_writes_its_figures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    def small(motions: str, rounds: int, after_round: benchmark.Callable[[], None]) -> benchmark.Speed:
+    def small(motions: str, rounds: int, after_round: benchmark.Callable[[], None]) -> benchmark.BenchmarkResult:
         assert motions == "synthetic"
         clip = replace(swaying("sway", 80, 0.3), fps=100.0)
-        return measure_root(Task(clip, np.zeros((80, 19, 3)), 70), rounds, after_round)
+        return measure_root(RootTask(clip, np.zeros((80, 19, 3)), 70), rounds, after_round)
 
     monkeypatch.setitem(benchmark.BENCHMARKS, "root", small)
     threads = torch.get_num_threads()
@@ -134,4 +134,4 @@ def test_root_benchmark_writes_its_figures(tmp_path: Path, monkeypatch: pytest.M
 def test_root_benchmark_needs_a_window_of_motion() -> None:
     clip = replace(swaying("sway", 40, 0.3), fps=100.0)
     with pytest.raises(InputError, match="40 frames at 100 Hz is too short for planar_unet, which needs 64"):
-        measure_root(Task(clip, np.zeros((40, 19, 3)), 40), 1)
+        measure_root(RootTask(clip, np.zeros((40, 19, 3)), 40), 1)

@@ -12,8 +12,8 @@ from eval.benchmark import cli as benchmark
 from eval.benchmark import contact as benchmark_contact
 from eval.benchmark.contact import choose_clips, measure_contact
 from eval.benchmark.contacts.measurement import GroundContact
-from eval.benchmark.contacts.model_variants import BEFORE, CHOSEN, STEPS, VARIANTS
-from eval.recordings import CLIPS
+from eval.benchmark.contacts.model_variants import IN_USE, PREVIOUS, VARIANT_BY_TIME_STEP_S, VARIANTS
+from eval.recordings import TEST_CLIPS
 from tests.builders import posed
 from trainers.evaluation.protocol import zero_residual
 
@@ -21,11 +21,11 @@ from trainers.evaluation.protocol import zero_residual
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Measure two standing clips with no policy, on few worlds."""
-    monkeypatch.setattr(benchmark_contact, "WORLDS", 2)
+    monkeypatch.setattr(benchmark_contact, "NUM_TIMED_WORLDS", 2)
     clips = {"stand": [posed({}, 40)], "bow": [posed({"spine_y": 20.0}, 30)]}
-    needed = VARIANTS[: 1 + len(STEPS)]
+    needed = VARIANTS[: 1 + len(VARIANT_BY_TIME_STEP_S)]
 
-    def run(motions: str, rounds: int, after_round: benchmark.Callable[[], None]) -> benchmark.Speed:
+    def run(motions: str, rounds: int, after_round: benchmark.Callable[[], None]) -> benchmark.BenchmarkResult:
         return measure_contact(clips, zero_residual(MimicSpec()), MimicSpec(), needed, rounds, after_round)
 
     monkeypatch.setitem(benchmark.BENCHMARKS, "contact", run)
@@ -37,17 +37,17 @@ def test_benchmark_writes_figures_and_a_picture(small: None, tmp_path: Path, cap
     assert benchmark.main(["contact", "--rounds", "1", *files]) == 0
     assert torch.get_num_threads() == threads
     found = json.loads((tmp_path / "contact.json").read_text())
-    names = [variant.name for variant in VARIANTS[: 1 + len(STEPS)]]
+    names = [variant.name for variant in VARIANTS[: 1 + len(VARIANT_BY_TIME_STEP_S)]]
     assert list(found["contact"]) == list(found["cost"]) == names
-    assert found["cost"][BEFORE] == 1.0
+    assert found["cost"][PREVIOUS] == 1.0
     for modes in found["contact"].values():
         assert set(modes) == {"held", "policy"}
         for measures in modes.values():
             assert set(measures) == set(GroundContact._fields)
             assert measures["lasted"] == 1.0  # nobody falls in half a second
             assert measures["contacts"] > 1.0
-    assert set(found["kinds"][CHOSEN]) == {"stand", "bow"}
-    assert 0.0 < found["kinds"][CHOSEN]["stand"]["depth"] < 1.0
+    assert set(found["kinds"][IN_USE]) == {"stand", "bow"}
+    assert 0.0 < found["kinds"][IN_USE]["stand"]["depth"] < 1.0
     assert (tmp_path / "contact.png").read_bytes().startswith(b"\x89PNG")
     said = capsys.readouterr().out
     assert "Root held, half the time step changes the slip by" in said
@@ -80,5 +80,5 @@ def test_of_another_source_two_clips_of_each_kind_are_taken(monkeypatch: pytest.
 @pytest.mark.shared_data
 def test_a_dozen_real_clips_are_there(shared_data: Path) -> None:
     found = choose_clips(str(shared_data))
-    assert {kind: len(each) for kind, each in found.items()} == {kind: len(names) for kind, names in CLIPS.items()}
+    assert {kind: len(each) for kind, each in found.items()} == {kind: len(names) for kind, names in TEST_CLIPS.items()}
     assert sum(map(len, found.values())) == 12

@@ -12,8 +12,8 @@ from configs.errors import InputError
 from datasets.library.motion_library import MotionLibrary
 from eval.benchmark import cli as benchmark
 from eval.benchmark import learner as benchmark_learner
-from eval.benchmark.learner import LIMIT, OURS, collect, measure_learner
-from eval.benchmark.peers.matmul_limit import MatrixProducts, by_mkl
+from eval.benchmark.learner import LIMIT, OURS, collect_rollout, measure_learner
+from eval.benchmark.peers.matmul_limit import MatrixProducts, multiply_by_mkl
 from eval.benchmark.peers.ppo_updates import RslLearner, Sb3Learner, peer_data
 from tests.envs.states import swaying
 from trainers.algorithms.ppo_config import CollectConfig, LearnerConfig, NetworkConfig, PpoConfig
@@ -24,7 +24,7 @@ PEERS = {"stable_baselines3": Sb3Learner, "rsl_rl": RslLearner}
 
 @pytest.fixture(scope="module")
 def library() -> MotionLibrary:
-    return MotionLibrary.of([swaying("sway", 60, 0.3), swaying("walk", 90, 0.5)])
+    return MotionLibrary.from_clips([swaying("sway", 60, 0.3), swaying("walk", 90, 0.5)])
 
 
 @pytest.fixture
@@ -44,7 +44,7 @@ def test_products_by_hand(tiny: PpoConfig) -> None:
     done: list[int] = []
 
     def counting(rows: torch.Tensor, columns: torch.Tensor) -> torch.Tensor:
-        out = by_mkl(rows, columns)
+        out = multiply_by_mkl(rows, columns)
         done.append(out.numel() * rows.shape[1])
         return out
 
@@ -64,7 +64,7 @@ def test_a_peer_learns_the_same_from_one_minibatch(module: str, tiny: PpoConfig,
     pytest.importorskip(module)
     tiny = replace(tiny, learner=replace(tiny.learner, epochs=3, minibatch=40, max_grad_norm=1e9))
     learner = PpoLearner(tiny)
-    rollout, last_observations = collect(tiny, library, learner)
+    rollout, last_observations = collect_rollout(tiny, library, learner)
     peer = PEERS[module](tiny, learner, peer_data(learner, rollout, last_observations))
     before = learner.weights()
     learner.update([rollout], 0.0)
@@ -82,7 +82,7 @@ def test_a_peer_learns_the_same_from_one_minibatch(module: str, tiny: PpoConfig,
 def test_a_peer_makes_as_many_steps(module: str, tiny: PpoConfig, library: MotionLibrary) -> None:
     pytest.importorskip(module)
     learner = PpoLearner(tiny)
-    peer = PEERS[module](tiny, learner, peer_data(learner, *collect(tiny, library, learner)))
+    peer = PEERS[module](tiny, learner, peer_data(learner, *collect_rollout(tiny, library, learner)))
     peer.prepare()
     peer.run()
     optimiser = peer.model.optimizer if isinstance(peer, RslLearner) else peer.model.policy.optimizer
@@ -92,7 +92,7 @@ def test_a_peer_makes_as_many_steps(module: str, tiny: PpoConfig, library: Motio
 def test_benchmark_writes_its_figures(
     tiny: PpoConfig, library: MotionLibrary, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def small(motions: str, rounds: int, after_round: benchmark.Callable[[], None]) -> benchmark.Speed:
+    def small(motions: str, rounds: int, after_round: benchmark.Callable[[], None]) -> benchmark.BenchmarkResult:
         assert motions == "synthetic"
         return measure_learner(tiny, library, rounds, after_round)
 

@@ -42,7 +42,7 @@ def test_a_windows_last_frame_is_the_same_network(model: LobstrModel, clip: Body
 
 
 def test_benchmark_writes_its_figures(model: LobstrModel, clip: BodyMotion, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(benchmark_live, "FRAMES", 4)
+    monkeypatch.setattr(benchmark_live, "FRAMES_PER_ROUND", 4)
     model.save(tmp_path / "model.safetensors", {})
     rounds: list[int] = []
     speed = measure_live(tmp_path / "model.safetensors", clip, 2, lambda: rounds.append(1), users=3)
@@ -52,6 +52,6 @@ def test_benchmark_writes_its_figures(model: LobstrModel, clip: BodyMotion, tmp_
     assert set(found["peers"]) == {WINDOWED}
     for name in (OURS, "3 users", "3 users, sockets", WINDOWED):
         assert 0.0 < found["rows"][name]["median_ms"] <= found["rows"][name]["p99_ms"]
-        assert len(speed.waits[name]) == 8  # two rounds of four calls; the first round is thrown away
+        assert len(speed.latencies_s[name]) == 8  # two rounds of four calls; the first round is thrown away
     assert "median_ms" not in found["rows"][LIMIT]
     assert found["rows"]["3 users, sockets"]["limit"] == "network step, 3 users"

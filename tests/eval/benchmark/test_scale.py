@@ -7,15 +7,27 @@ import numpy as np
 import pytest
 import torch
 
-from configs.load import CONFIGS, load_config
+from configs.load import CONFIG_DIR, load_config
 from datasets.library.motion_library import MotionLibrary
 from eval.benchmark import cli as benchmark
-from eval.benchmark.scale import measure_scale, scale
+from eval.benchmark.scale import measure_scale, report_scaling
 from eval.benchmark.scaling import measured_parts as scale_parts
-from eval.benchmark.scaling.cluster_simulation import LEARNER, Cluster, Costs, Outcome
-from eval.benchmark.scaling.measured_parts import costs_of, crowd_name
-from eval.benchmark.scaling.sweep import FIXED, GROWING, LEARNERS, MEASURED, Row, job, stop, study, useful_stop, where_it_stops, worth
-from eval.benchmark.timing.interleaved import Contender
+from eval.benchmark.scaling.cluster_simulation import LEARNER, Cluster, Costs, SimulationOutcome
+from eval.benchmark.scaling.measured_parts import derive_costs, pool_case_name
+from eval.benchmark.scaling.sweep import (
+    FIXED,
+    GROWING,
+    LEARNERS,
+    MEASURED_LEARNER,
+    Row,
+    find_limit_index,
+    find_scaling_limit,
+    find_useful_scaling_limit,
+    make_job,
+    sample_efficiency,
+    simulate_sweep,
+)
+from eval.benchmark.timing.interleaved import BenchmarkCase
 from tests.envs.states import swaying
 from trainers.algorithms.ppo_config import PpoConfig
 
@@ -37,13 +49,13 @@ RATES = {
 
 
 def row(cores: int, rate: float, batch: float = 0.0) -> Row:
-    outcome = Outcome(rate, batch, 1.0, {LEARNER: 1.0}, 0.0)
-    return Row(GROWING, MEASURED, cores, outcome, outcome)
+    outcome = SimulationOutcome(rate, batch, 1.0, {LEARNER: 1.0}, 0.0)
+    return Row(GROWING, MEASURED_LEARNER, cores, outcome, outcome)
 
 
 def test_costs_of_measured_rates() -> None:
-    assert [crowd_name(size) for size in scale_parts.CROWDS] == ["64 calls", "1024 calls"]
-    found = costs_of(RATES, 256, SIZES)
+    assert [pool_case_name(size) for size in scale_parts.POOL_SIZES] == ["64 calls", "1024 calls"]
+    found = derive_costs(RATES, 256, SIZES)
     expected = Costs(
         step_seconds=2e-3,
         world_seconds=1e-4,
@@ -59,7 +71,9 @@ def test_costs_of_measured_rates() -> None:
 
 
 def test_how_a_batch_is_shared_among_actors() -> None:
-    shapes = {cores: (made.actors, made.worlds, made.horizon) for cores in (2, 32, 128, 8192, 10_000) for made in [job(FIXED, cores, True)]}
+    shapes = {
+        cores: (made.actors, made.worlds, made.horizon) for cores in (2, 32, 128, 8192, 10_000) for made in [make_job(FIXED, cores, True)]
+    }
     assert shapes == {
         2: (1, 256, 256),  # 65,536
         32: (16, 256, 16),
@@ -67,46 +81,46 @@ def test_how_a_batch_is_shared_among_actors() -> None:
         8192: (4096, 1, 16),
         10_000: (5000, 1, 16),  # no fewer than that: 80,000
     }
-    growing = job(GROWING, 10_000, False)
+    growing = make_job(GROWING, 10_000, False)
     assert (growing.actors, growing.worlds, growing.horizon, growing.threads) == (5000, 256, 32, 2)
 
 
 def test_where_it_stops() -> None:
     # Twice the cores bring 1.9, then 1.16 times as much: it stops at 4.
     rows = [row(2, 10.0), row(4, 19.0), row(8, 22.0), row(16, 30.0)]
-    assert where_it_stops(rows, [10.0, 19.0, 22.0, 30.0]) == 1
-    assert stop(rows) == (rows[1], LEARNER)
+    assert find_limit_index(rows, [10.0, 19.0, 22.0, 30.0]) == 1
+    assert find_scaling_limit(rows) == (rows[1], LEARNER)
     # From 8192 to 10,000 cores is 0.288 of a doubling: 1.06 would be 1.22 a doubling, 1.05 is 1.18.
     last = [row(8192, 1.0), row(10_000, 1.06)]
-    assert where_it_stops(last, [1.0, 1.06]) == 1
-    assert where_it_stops(last, [1.0, 1.05]) == 0
-    assert stop(last) == (last[1], "nothing yet")
+    assert find_limit_index(last, [1.0, 1.06]) == 1
+    assert find_limit_index(last, [1.0, 1.05]) == 0
+    assert find_scaling_limit(last) == (last[1], "nothing yet")
 
 
 def test_large_batches_are_worth_less() -> None:
-    assert [worth(batch) for batch in (0, 65_536, 3 * 65_536)] == [1.0, 0.5, 0.25]
+    assert [sample_efficiency(batch) for batch in (0, 65_536, 3 * 65_536)] == [1.0, 0.5, 0.25]
     # Twice the rate in twice the batch: 100 / 1.5 = 66.7, 200 / 2 = 100, 400 / 3 = 133, 800 / 5 = 160, 1600 / 9 = 178: 1.11 times.
     rows = [row(2**i, 100.0 * 2**i, 32_768 * 2**i) for i in range(5)]
-    assert rows[0].useful == pytest.approx(66.67, abs=0.01)
-    assert useful_stop(rows) == rows[3]
-    assert stop(rows) == (rows[4], "nothing yet")
+    assert rows[0].useful_samples_per_second == pytest.approx(66.67, abs=0.01)
+    assert find_useful_scaling_limit(rows) == rows[3]
+    assert find_scaling_limit(rows) == (rows[4], "nothing yet")
 
 
 def test_study_has_every_size_and_a_quicker_learner_never_hurts() -> None:
-    rows = study(costs_of(RATES, 256, SIZES), Cluster())
+    rows = simulate_sweep(derive_costs(RATES, 256, SIZES), Cluster())
     assert len(rows) == 2 * 3 * 14
     for reading in (GROWING, FIXED):
         rates = np.array(
-            [[one.overlapped.samples_per_second for one in rows if (one.reading, one.learner) == (reading, who)] for who in LEARNERS]
+            [[one.overlapped.samples_per_second for one in rows if (one.batch_scaling, one.learner) == (reading, who)] for who in LEARNERS]
         )
         assert (np.diff(rates, axis=0) > -0.02 * rates[1:]).all()  # but for the dice
 
 
 def test_what_is_said_of_measured_rates() -> None:
-    contenders = [Contender(name, "", lambda: 1.0) for name in RATES]
+    cases = [BenchmarkCase(name, "", lambda: 1.0) for name in RATES]
     rates = {name: np.full(3, rate) for name, rate in RATES.items()}
-    config = load_config(PpoConfig, CONFIGS / "mixed.yaml")  # 256 worlds, 32 steps
-    found = scale(contenders, rates, config, SIZES).summary()
+    config = load_config(PpoConfig, CONFIG_DIR / "mixed.yaml")  # 256 worlds, 32 steps
+    found = report_scaling(cases, rates, config, SIZES).summary()
     # 8192 samples: 32 steps of 27.6 ms, 0.5 ms of the driver, 0.6827 s of learning: 1.5664 s; measured were 1.6 s.
     assert found["rows"]["2 cores, simulated"]["rate"] == pytest.approx(8192 / 1.5664, rel=1e-4)
     assert found["predicted_over_measured"] == pytest.approx(1.6 / 1.5664, rel=1e-4)
@@ -122,14 +136,14 @@ def test_what_is_said_of_measured_rates() -> None:
 
 def test_a_tiny_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     overrides = ["collect.actors=1", "collect.envs=4", "collect.horizon=4", "network.hidden=[8]", "learner.minibatch=8"]
-    config = load_config(PpoConfig, CONFIGS / "mixed.yaml", overrides)
-    library = MotionLibrary.of([swaying("sway", 60, 0.3)])
-    monkeypatch.setattr(scale_parts, "CROWDS", (2, 6))
-    monkeypatch.setattr(scale_parts, "IDLERS", 1)
-    monkeypatch.setattr(scale_parts, "FEW", 2)
+    config = load_config(PpoConfig, CONFIG_DIR / "mixed.yaml", overrides)
+    library = MotionLibrary.from_clips([swaying("sway", 60, 0.3)])
+    monkeypatch.setattr(scale_parts, "POOL_SIZES", (2, 6))
+    monkeypatch.setattr(scale_parts, "NUM_NOOP_ACTORS", 1)
+    monkeypatch.setattr(scale_parts, "NUM_FEW_WORLDS", 2)
     threads = torch.get_num_threads()
 
-    def small(_: str, rounds: int, after_round: benchmark.Callable[[], None]) -> benchmark.Speed:
+    def small(_: str, rounds: int, after_round: benchmark.Callable[[], None]) -> benchmark.BenchmarkResult:
         return measure_scale(config, library, rounds, after_round)
 
     monkeypatch.setitem(benchmark.BENCHMARKS, "scale", small)

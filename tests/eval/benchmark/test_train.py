@@ -16,15 +16,15 @@ import numpy as np
 import pytest
 
 from configs.errors import InputError
-from configs.source_code import ROOT
+from configs.source_code import PROJECT_ROOT
 from datasets.library.motion_library import MotionLibrary
 from eval.benchmark import cli as benchmark
 from eval.benchmark import train as benchmark_train
-from eval.benchmark.peers.trainings import PeerEnvs, Task, length_ratio, our_training, peer_training, ratio_of
-from eval.benchmark.timing.process_tree import memory_of
-from eval.benchmark.timing.time_to_score import Lap, Race, Runner
+from eval.benchmark.peers.trainings import PeerEnvs, TrainingTask, our_training, peer_training, policy_length_ratio, training_length_ratio
+from eval.benchmark.timing.process_tree import tree_memory_bytes
+from eval.benchmark.timing.time_to_score import Contestant, Evaluation, TimeToScore
 from eval.benchmark.timing.worker_process import TrainingProcess
-from eval.benchmark.train import LIMIT, OURS, PEER, measure_train, median_of, pair_of
+from eval.benchmark.train import LIMIT, OURS, PEER, choose_two_clips, measure_train, median_of
 from tests.envs.states import swaying
 from tests.eval.benchmark.timing.words_held import add, die, fill, words_of
 from trainers.algorithms.ppo_config import CollectConfig, LearnerConfig, NetworkConfig, PpoConfig
@@ -34,13 +34,13 @@ MIB = 2**20
 
 
 @pytest.fixture(scope="module")
-def task() -> Task:
+def task() -> TrainingTask:
     config = PpoConfig(
         network=NetworkConfig(hidden=(8,)),
         collect=CollectConfig(actors=0, envs=4, threads=2, horizon=4),
         learner=LearnerConfig(epochs=2, minibatch=8, threads=2),
     )
-    return Task(config, pair_of(MotionLibrary.of([swaying("sway", 150, 0.3), swaying("glide", 150, 0.5)])))
+    return TrainingTask(config, choose_two_clips(MotionLibrary.from_clips([swaying("sway", 150, 0.3), swaying("glide", 150, 0.5)])))
 
 
 class Clock:
@@ -54,7 +54,7 @@ class Clock:
         """Return the time [s]."""
         return self.now
 
-    def runner(self, name: str, seconds: float, scores: list[float]) -> Runner:
+    def runner(self, name: str, seconds: float, scores: list[float]) -> Contestant:
         """Return one whose iterations of 10 samples take ``seconds``, whose scorings take an hour and give these scores."""
         coming = iter(scores)
 
@@ -66,23 +66,23 @@ class Clock:
             self.now += 3600.0
             return next(coming)
 
-        return Runner(name, train, score)
+        return Contestant(name, train, score)
 
 
 def test_who_has_trained_least_goes_next_until_it_is_steadily_there() -> None:
     clock, order = Clock(), []
     quick, slow = clock.runner("quick", 4.0, [0.1, 0.2, 0.9, 0.7, 0.9]), clock.runner("slow", 15.0, [0.7, 0.9, 0.81])
-    race = Race(goal=0.8, minutes=10.0, lap=10.0)
+    race = TimeToScore(target_score=0.8, max_minutes=10.0, evaluation_interval_s=10.0)
     race.run([quick, slow], lambda runner: order.append(runner.name), clock)
     # Laps of quick are three iterations, 12 s; those of slow one iteration, 15 s. Their clocks before each lap:
     # (0, 0) quick, (12, 0) slow, (12, 15) quick, (24, 15) slow, (24, 30) quick, (36, 30) slow: 0.7, 0.9 and 0.81 are 0.803 on average;
     # quick goes on alone: (0.2 + 0.9 + 0.7) / 3 = 0.6 after 48 s, (0.9 + 0.7 + 0.9) / 3 = 0.83 after 60 s.
     assert order == ["quick", "slow", "quick", "slow", "quick", "slow", "quick", "quick"]
-    assert [lap.samples for lap in quick.laps] == [30, 60, 90, 120, 150]
-    assert [lap.minutes for lap in quick.laps] == pytest.approx([0.2, 0.4, 0.6, 0.8, 1.0])
-    assert slow.laps == [Lap(0.25, 10, 0.7), Lap(0.5, 20, 0.9), Lap(0.75, 30, 0.81)]
-    assert race.reached(slow) == slow.laps[1]
-    assert race.steady(slow) == slow.laps[2]
+    assert [lap.samples for lap in quick.evaluations] == [30, 60, 90, 120, 150]
+    assert [lap.minutes for lap in quick.evaluations] == pytest.approx([0.2, 0.4, 0.6, 0.8, 1.0])
+    assert slow.evaluations == [Evaluation(0.25, 10, 0.7), Evaluation(0.5, 20, 0.9), Evaluation(0.75, 30, 0.81)]
+    assert race.first_reached(slow) == slow.evaluations[1]
+    assert race.first_sustained(slow) == slow.evaluations[2]
     result = race.result(quick)
     assert {name: result[name] for name in ("minutes", "samples", "minutes_steady", "samples_steady", "best")} == {
         "minutes": pytest.approx(0.6),
@@ -96,7 +96,7 @@ def test_who_has_trained_least_goes_next_until_it_is_steadily_there() -> None:
 def test_who_does_not_get_there_in_time_is_said_so() -> None:
     clock = Clock()
     runner = clock.runner("late", 15.0, [0.4, 0.85, 0.5, 0.3, 0.9])
-    race = Race(goal=0.8, minutes=1.0, lap=15.0)
+    race = TimeToScore(target_score=0.8, max_minutes=1.0, evaluation_interval_s=15.0)
     race.run([runner], lambda _: None, clock)
     result = race.result(runner)
     assert (result["minutes"], result["minutes_steady"], result["best"]) == (0.5, None, 0.85)
@@ -140,7 +140,7 @@ if __name__ == "__main__":
     os.kill(os.getpid(), signal.SIGKILL)
 """
     (tmp_path / "killed.py").write_text(program)
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    environment = {**os.environ, "PYTHONPATH": str(PROJECT_ROOT)}
     killed = subprocess.run([sys.executable, tmp_path / "killed.py"], stdout=subprocess.PIPE, text=True, check=False, env=environment)
     assert killed.returncode == -9
     assert int(killed.stdout) > 0
@@ -160,36 +160,38 @@ def test_memory_is_that_of_a_process_and_its_children() -> None:
         assert process.stdin is not None
         assert process.stdout is not None
         process.stdout.readline()  # both hold 30 MiB now
-        assert 60 * MIB < memory_of(process.pid) < 120 * MIB  # and an interpreter each
+        assert 60 * MIB < tree_memory_bytes(process.pid) < 120 * MIB  # and an interpreter each
         process.stdin.close()
-    assert memory_of(process.pid) == 0
+    assert tree_memory_bytes(process.pid) == 0
 
 
 @pytest.mark.parametrize("make", [our_training, partial(peer_training, envs=PeerEnvs("DummyVecEnv", 4))])
-def test_an_iteration_is_a_batch(task: Task, make: Callable) -> None:
+def test_an_iteration_is_a_batch(task: TrainingTask, make: Callable) -> None:
     with make(task) as training:
         assert [training.iterate(), training.iterate()] == [16, 16]  # 4 worlds or envs, 4 steps each
         actions = training.act(np.zeros((3, 273), dtype=np.float32))
         assert actions.shape == (3, 20)
-        assert 0.0 < length_ratio(training) <= 1.0
+        assert 0.0 < training_length_ratio(training) <= 1.0
 
 
 def test_the_pair_is_two_walks_or_what_comes_first() -> None:
     clips = [swaying(name, frames, 0.3) for name, frames in (("a", 130), ("b", 119), ("c", 130), ("d", 140), ("e", 150))]
     kinds = ["stand", "walk", "walk", "run", "walk"]
-    library = MotionLibrary.of([replace(clip, kind=kind) for clip, kind in zip(clips, kinds, strict=True)])
-    assert [clip.name for clip in pair_of(library).clips] == ["c", "e"]  # b is shorter than two seconds
-    assert [clip.name for clip in pair_of(library.select([True, False, True, True, False])).clips] == ["a", "c"]
+    library = MotionLibrary.from_clips([replace(clip, kind=kind) for clip, kind in zip(clips, kinds, strict=True)])
+    assert [clip.name for clip in choose_two_clips(library).clips] == ["c", "e"]  # b is shorter than two seconds
+    assert [clip.name for clip in choose_two_clips(library.select([True, False, True, True, False])).clips] == ["a", "c"]
     with pytest.raises(InputError, match="two clips of 120 frames or more are learnt, the motion source has 1"):
-        pair_of(library.select([True, True, False, False, False]))
+        choose_two_clips(library.select([True, True, False, False, False]))
 
 
-def write_figures(task: Task, peer_envs: tuple[PeerEnvs, ...], file: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+def write_figures(task: TrainingTask, peer_envs: tuple[PeerEnvs, ...], file: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     """Run the benchmark on a task for a moment; return what it wrote."""
 
-    def small(motions: str, rounds: int, after_round: Callable[[], None]) -> benchmark.Speed:
+    def small(motions: str, rounds: int, after_round: Callable[[], None]) -> benchmark.BenchmarkResult:
         assert motions == "synthetic"
-        return measure_train(task, rounds, Race(goal=2.0, minutes=0.0005, lap=0.01), (0, 7), peer_envs, after_round)
+        return measure_train(
+            task, rounds, TimeToScore(target_score=2.0, max_minutes=0.0005, evaluation_interval_s=0.01), (0, 7), peer_envs, after_round
+        )
 
     monkeypatch.setitem(benchmark.BENCHMARKS, "train", small)
     assert benchmark.main(["train", "--rounds", "1", "--json", str(file)]) == 0
@@ -228,7 +230,7 @@ class Here:
 
 
 def test_benchmark_writes_its_figures(
-    task: Task, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    task: TrainingTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(benchmark_train, "TrainingProcess", Here)
     monkeypatch.setattr(benchmark_train, "_with_actors", lambda task, actors, threads: task)
@@ -244,7 +246,7 @@ def test_benchmark_writes_its_figures(
         LIMIT: None,
     }
     assert found["clips"] == ["sway", "glide"]
-    assert found["zero_residual"] == ratio_of(zero_residual(task.config.task), task)
+    assert found["zero_residual"] == policy_length_ratio(zero_residual(task.config.task), task)
     assert set(found["peer_envs"]) == {"DummyVecEnv 4", "DummyVecEnv 2"}
     assert found["memory_mib"] == dict.fromkeys(found["rows"], 3.0)
     for arrived in found["to_goal"].values():  # nobody lasts twice as long as the reference
@@ -260,7 +262,7 @@ def test_benchmark_writes_its_figures(
 
 
 @pytest.mark.slow
-def test_benchmark_with_processes_of_its_own(task: Task, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_benchmark_with_processes_of_its_own(task: TrainingTask, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = write_figures(task, (PeerEnvs("SubprocVecEnv", 2),), tmp_path / "train.json", monkeypatch)
     assert all(row["rate"] > 0.0 for row in found["rows"].values())
     assert set(found["to_goal"]) == {OURS, PEER}

@@ -13,14 +13,14 @@ from envs.torch_env import AdaptMimicTorchEnv
 from eval.benchmark import cli as benchmark
 from eval.benchmark import worlds as benchmark_worlds
 from eval.benchmark.timing import world_memory
-from eval.benchmark.timing.device_memory import finish, taken
-from eval.benchmark.timing.world_memory import world_memory as each_world
-from eval.benchmark.worlds import Bare, Sizes, measure_worlds
+from eval.benchmark.timing.device_memory import synchronize, used_memory_bytes
+from eval.benchmark.timing.world_memory import memory_per_world_kib as each_world
+from eval.benchmark.worlds import BareWarpPhysics, BenchmarkSizes, measure_worlds
 from tests.trainers.conftest import standing
-from trainers.runs.device import name_of
+from trainers.runs.device import device_name
 
 CPU, CUDA = torch.device("cpu"), torch.device("cuda")
-SIZES = Sizes({4: 3, 8: 2}, native_worlds=5, native_steps=2)
+SIZES = BenchmarkSizes({4: 3, 8: 2}, native_worlds=5, native_steps=2)
 pytest.importorskip("mujoco_warp")
 
 
@@ -35,7 +35,7 @@ def _one_thread() -> Iterator[None]:
 
 @pytest.fixture(scope="module")
 def library() -> MotionLibrary:
-    return MotionLibrary.of([standing("one", "ann"), standing("two", "bob", 130)])
+    return MotionLibrary.from_clips([standing("one", "ann"), standing("two", "bob", 130)])
 
 
 class Counting(AdaptMimicTorchEnv):
@@ -61,7 +61,7 @@ def test_measured_are_so_many_worlds(library: MotionLibrary, monkeypatch: pytest
     assert {worlds: len(found) for worlds, found in steps.items()} == {1: 1, 4: 1 + 2 * 3, 8: 1 + 2 * 2}
     for found in (steps[4][1:], steps[8][1:]):
         assert 0.05 < np.abs(found).max() <= 0.1  # of the largest of 2 * 8 * 20 uniform numbers nothing else is likely
-    assert [(one.name, one.limit) for one in speed.contenders] == [
+    assert [(one.name, one.limit) for one in speed.cases] == [
         ("torch env, 4 worlds", "bare mujoco-warp, 4 worlds"),
         ("bare mujoco-warp, 4 worlds", ""),
         ("training, 4 worlds", "torch env, 4 worlds"),
@@ -71,7 +71,7 @@ def test_measured_are_so_many_worlds(library: MotionLibrary, monkeypatch: pytest
         ("native env, 5 worlds, all cores", ""),
     ]
     done = []
-    for one in speed.contenders:
+    for one in speed.cases:
         one.prepare()
         done.append(one.run())
     # 3 steps of 4 worlds and 2 of 8; rollouts of 16 steps; 2 steps of 5 native worlds.
@@ -81,8 +81,8 @@ def test_measured_are_so_many_worlds(library: MotionLibrary, monkeypatch: pytest
 def test_it_writes_its_figures(
     library: MotionLibrary, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(benchmark_worlds, "motion_library", lambda motions: {"somewhere": library}[motions])
-    monkeypatch.setattr(benchmark_worlds, "device_of", lambda name: {"auto": CPU}[name])
+    monkeypatch.setattr(benchmark_worlds, "load_motion_library", lambda motions: {"somewhere": library}[motions])
+    monkeypatch.setattr(benchmark_worlds, "resolve_device", lambda name: {"auto": CPU}[name])
     monkeypatch.setitem(benchmark_worlds.SIZES, "cpu", SIZES)
     monkeypatch.setenv("COLUMNS", "100")
     assert benchmark.main(["worlds", "--motions", "somewhere", "--rounds", "1", "--json", str(tmp_path / "worlds.json")]) == 0
@@ -92,23 +92,23 @@ def test_it_writes_its_figures(
     assert found["limit"] == found["rows"]["bare mujoco-warp, 8 worlds"]["rate"]
     assert set(found["peers"]) == {"native env, 5 worlds, all cores"}
     assert all(row["rate"] > 0.0 for row in found["rows"].values())
-    assert (found["device"], found["device_name"]) == ("cpu", name_of(CPU))
+    assert (found["device"], found["device_name"]) == ("cpu", device_name(CPU))
     assert set(found["memory_mib"]) == {"4", "8"}
     out = capsys.readouterr().out
     assert "mjlab" in out
-    assert name_of(CPU) in out
+    assert device_name(CPU) in out
     assert max(map(len, out.splitlines())) <= 100
 
 
 def test_bare_physics_takes_the_same_step_again_and_again(library: MotionLibrary) -> None:
     env = AdaptMimicTorchEnv(library, 2)
     env.reset(seed=0)
-    once, often = Bare(2, CPU), Bare(2, CPU)
-    once.begin = often.begin = env.physics.get_state()
-    once.repeat(1)
-    often.repeat(3)
+    once, often = BareWarpPhysics(2, CPU), BareWarpPhysics(2, CPU)
+    once.initial_state = often.initial_state = env.physics.get_state()
+    once.repeat_step(1)
+    often.repeat_step(3)
     found = once.get_state()["qpos"]
-    assert not torch.equal(found, once.begin["qpos"])
+    assert not torch.equal(found, once.initial_state["qpos"])
     assert torch.equal(found, often.get_state()["qpos"])
 
 
@@ -118,11 +118,11 @@ def test_one_more_world_is_what_more_worlds_take_each() -> None:
 
 
 def test_memory_of_this_process_grows_by_what_it_holds() -> None:
-    before = taken(CPU)
+    before = used_memory_bytes(CPU)
     if not before:
         pytest.skip("this system does not tell the memory of a process")
     held = np.ones(8 * 2**20)  # of 8 bytes: 64 MiB
-    assert (taken(CPU) - before) / 2**20 == pytest.approx(64.0, abs=4.0)
+    assert (used_memory_bytes(CPU) - before) / 2**20 == pytest.approx(64.0, abs=4.0)
     del held
 
 
@@ -130,8 +130,8 @@ def test_a_card_is_waited_for_and_asked(monkeypatch: pytest.MonkeyPatch) -> None
     waited = []
     monkeypatch.setattr(torch.cuda, "synchronize", waited.append)
     monkeypatch.setattr(torch.cuda, "mem_get_info", lambda device: {CUDA: (30, 100)}[device])
-    finish(CPU)
+    synchronize(CPU)
     assert waited == []
-    finish(CUDA)
+    synchronize(CUDA)
     assert waited == [CUDA]
-    assert taken(CUDA) == 70  # of 100 bytes 30 are free
+    assert used_memory_bytes(CUDA) == 70  # of 100 bytes 30 are free

@@ -9,11 +9,11 @@ import torch
 
 from agents.policy.policy import Policy
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import local_rotations
+from datasets.motion.humanoid import rotations_from_hinges
 from envs.mimic.spec import MimicSpec
 from eval.clean import samcon as crowd
 from tests.builders import hinge, posed
-from trainers.algorithms.policy_file import CARD
+from trainers.algorithms.policy_file import REQUIRED_CARD_KEYS
 
 SPEC = MimicSpec(frame="heading", com_error=True, preview=(1,), feed_forward=True)
 
@@ -27,14 +27,14 @@ def untrained(spec: MimicSpec = SPEC) -> Policy:
 def saved(folder: Path) -> Path:
     """Save the untrained policy; return its file."""
     path = folder / "policy.safetensors"
-    untrained().save(path, {**dict.fromkeys(CARD, ""), "task": asdict(SPEC)})
+    untrained().save(path, {**dict.fromkeys(REQUIRED_CARD_KEYS, ""), "task": asdict(SPEC)})
     return path
 
 
 def shrink_crowd(patch: pytest.MonkeyPatch, worlds: int = 8, best: int = 2) -> None:
     """Let few humanoids do what many do."""
-    patch.setattr(crowd, "CROWD", worlds)
-    patch.setattr(crowd, "BEST", best)
+    patch.setattr(crowd, "NUM_SAMPLES", worlds)
+    patch.setattr(crowd, "NUM_SURVIVORS", best)
 
 
 def standing(frames: int, fps: float = 60.0) -> BodyMotion:
@@ -48,4 +48,4 @@ def standing(frames: int, fps: float = 60.0) -> BodyMotion:
     hinges[:, [hinge("thigh_l_x"), hinge("thigh_r_x")]] = -0.024 * np.sin(2.0 * time)[:, None]
     hinges[:, [hinge("foot_l_x"), hinge("foot_r_x")]] = 0.024 * np.sin(2.0 * time)[:, None]
     root = still.root_position - 0.83 * np.stack([0.0 * time, np.sin(0.024 * np.sin(2.0 * time)), 0.0 * time], axis=1) * [0.0, -1.0, 0.0]
-    return replace(still, root_position=root, local_rotations=local_rotations(still.local_rotations[:, 0], hinges), fps=fps)
+    return replace(still, root_position=root, local_rotations=rotations_from_hinges(still.local_rotations[:, 0], hinges), fps=fps)

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from configs.errors import InputError
-from configs.source_code import ROOT
+from configs.source_code import PROJECT_ROOT
 from datasets.formats.bvh import Bvh, read_bvh, write_bvh
 from datasets.motion.clip import BodyMotion
 from eval.clean import cli as clean
 from eval.clean import pipeline as cleaner
-from eval.clean.pipeline import Cleaner
-from eval.clean.result import Cleaned
+from eval.clean.pipeline import CleaningPipeline
+from eval.clean.result import CleaningResult
 from tests.builders import as_bvh, posed
 from tests.eval.clean.clean_parts import SPEC, saved, shrink_crowd, standing, untrained
 
@@ -86,12 +86,12 @@ def test_the_same_clip_is_cleaned_in_the_same_way(policy: Path, tmp_path: Path) 
 def test_a_folder_becomes_a_folder(policy: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pages: list[Path] = []
 
-    def report(cleaned: Cleaned, out: Path) -> dict:
+    def report(cleaned: CleaningResult, out: Path) -> dict:
         pages.append(out.relative_to(tmp_path))
         return {"name": cleaned.name}
 
-    monkeypatch.setattr(clean, "clean_report", report)
-    monkeypatch.setattr(clean, "folder_report", lambda reports, out: pages.append((out / str(sorted(reports))).relative_to(tmp_path)))
+    monkeypatch.setattr(clean, "write_clip_report", report)
+    monkeypatch.setattr(clean, "write_folder_report", lambda reports, out: pages.append((out / str(sorted(reports))).relative_to(tmp_path)))
     given = [written(tmp_path / "in" / name) for name in ("a.bvh", "deep/b.BVH")]
     (tmp_path / "in" / "notes.txt").write_text("no clip")
     assert run(tmp_path / "in", "--out", tmp_path / "out", "--policy", policy, "--report", tmp_path / "page") == 0
@@ -160,16 +160,16 @@ def test_what_cannot_be_done_is_told_in_a_line(policy: Path, tmp_path: Path, cap
 def test_the_command_line_itself(tmp_path: Path) -> None:
     arguments = [str(tmp_path / "none.bvh"), "--out", str(tmp_path / "out.bvh"), "--policy", str(saved(tmp_path))]
     command = [sys.executable, "-m", "eval.clean", *arguments]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    done = subprocess.run(command, cwd=PROJECT_ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
     assert "none.bvh: no such file or folder" in done.stderr
 
 
-def cleaned(motion: BodyMotion) -> tuple[Bvh, Bvh, Cleaned]:
+def cleaned(motion: BodyMotion) -> tuple[Bvh, Bvh, CleaningResult]:
     """Return a clip as BVH, what is to be written for it, and what is told."""
     bvh = as_bvh(motion)
-    return bvh, *Cleaner(untrained(), SPEC, 1).clean(bvh, "clip")
+    return bvh, *CleaningPipeline(untrained(), SPEC, 1).clean(bvh, "clip")
 
 
 @pytest.mark.parametrize(("frames", "fps"), [(45, 30.0), (120, 100.0), (90, 60.0), (90, 60.000024)])
@@ -184,7 +184,7 @@ def test_what_is_told_has_the_frames_of_the_clip_at_60_fps(monkeypatch: pytest.M
     assert told.confidence.mean() > 0.9
     assert told.contacts.mean() > 0.9
     assert not told.kept.any()
-    assert (told.seams, told.notices, told.truth) == ((), (), None)
+    assert (told.restarts, told.notices, told.truth) == ((), (), None)
 
 
 def still(frames: int, fps: float = 60.0) -> BodyMotion:
@@ -202,7 +202,7 @@ def test_clips_of_a_few_frames_come_back(frames: int, fps: float) -> None:
 
 def test_a_pose_is_no_clip_without_a_root(monkeypatch: pytest.MonkeyPatch) -> None:
     # Who keeps still within a centimetre cannot be told from a recording that holds no root: the path is worked out, and said to be.
-    monkeypatch.setattr(cleaner, "give_root", lambda clip: replace(clip, rooted=False))
+    monkeypatch.setattr(cleaner, "reconstruct_missing_root", lambda clip: replace(clip, rooted=False))
     shrink_crowd(monkeypatch)
     *_, told = cleaned(still(90))
     assert told.notices == ("The recording does not say where the pelvis went, or lets the figure hover; its path was reconstructed.",)
@@ -211,12 +211,12 @@ def test_a_pose_is_no_clip_without_a_root(monkeypatch: pytest.MonkeyPatch) -> No
 def test_who_sits_is_left_alone_and_told(monkeypatch: pytest.MonkeyPatch) -> None:
     # Found by datasets.cleanup.off_feet_segments: here it is said to have found the second second.
     shrink_crowd(monkeypatch)
-    monkeypatch.setattr(cleaner, "off_the_ground", lambda _: [cleaner.Span(60, 120, "sits")])
+    monkeypatch.setattr(cleaner, "find_off_feet_spans", lambda _: [cleaner.OffFeetSpan(60, 120, "sits")])
     bvh, out, told = cleaned(standing(180))
     assert told.notices == ("Somebody sits from 1.0 s to 2.0 s: not for feet on level ground, left to itself.",)
     assert told.kept[60:120].all()
     assert not told.kept[[0, 30, 179]].any()
-    assert told.seams == (2.0,)
+    assert told.restarts == (2.0,)
     # Arms, which nothing holds, are as they were but for what swings quicker than people do; feet are not planted.
     turns = np.abs(out.values - bvh.values)[60:120]
     assert turns.max() < 1.0
@@ -227,7 +227,7 @@ def test_what_is_no_human_is_refused() -> None:
     bvh = as_bvh(still(5))
     stick = Bvh(("a", "b"), (-1, 0), bvh.offsets[:2], bvh.channels[:2], ((), ()), bvh.frame_time, bvh.values[:, :9])
     with pytest.raises(InputError):
-        Cleaner(untrained(), SPEC, 1).clean(stick, "stick")
+        CleaningPipeline(untrained(), SPEC, 1).clean(stick, "stick")
 
 
 def test_who_is_carried_is_left_in_the_air() -> None:

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import NAMES
-from datasets.motion.rotation import about_axis
+from datasets.motion.humanoid import BODY_NAMES
+from datasets.motion.rotation import from_axis_angle
 from eval.clean import video as clean_film
-from eval.clean.report import clean_report, folder_report
-from eval.clean.report_data import CSV_HEADER, frames_csv, most_changed, report_data
-from eval.clean.result import Cleaned
+from eval.clean.report import write_clip_report, write_folder_report
+from eval.clean.report_data import CSV_HEADER, collect_report_data, find_most_changed_frames, frames_csv
+from eval.clean.result import CleaningResult
 from eval.clean.video import _most_changed_part
-from eval.metrics.artefact_tracks import track_artefacts
-from eval.pages.artefact_plots import PANELS, POINTS, over_time, spans
+from eval.metrics.artefact_tracks import compute_artefact_tracks
+from eval.pages.artefact_plots import MAX_POINTS, PANELS, plot_artefacts, true_spans
 from eval.pages.render import can_render
 from tests.builders import posed
 
@@ -34,11 +34,11 @@ def raised(motion: BodyMotion, height: float) -> BodyMotion:
 def bowed(motion: BodyMotion, frames: slice, radians: float) -> BodyMotion:
     """Return a clip whose left elbow is bent in some frames."""
     local = motion.local_rotations.copy()
-    local[frames, NAMES.index("forearm_l")] = about_axis(np.array([0.0, 0.0, 1.0]), np.array(-radians))
+    local[frames, BODY_NAMES.index("forearm_l")] = from_axis_angle(np.array([0.0, 0.0, 1.0]), np.array(-radians))
     return replace(motion, local_rotations=local)
 
 
-def cleaning(truth: bool = True) -> Cleaned:
+def cleaning(truth: bool = True) -> CleaningResult:
     """Return a T-pose that floats by 3 cm before and stands after, but for the frames 30 to 44 that keep the input.
 
     In frame 60 and its neighbours the left elbow is bent by 90 degrees.
@@ -48,14 +48,14 @@ def cleaning(truth: bool = True) -> Cleaned:
     faulty = raised(clean, 0.03)
     height = clean.root_position + np.where(kept, 0.03, 0.0)[:, None] * np.array([0.0, 0.0, 1.0])
     after = bowed(replace(clean, root_position=height), slice(59, 62), np.pi / 2)
-    return Cleaned(
+    return CleaningResult(
         name=NAME,
         before=faulty,
         after=after,
         contacts=np.stack([~kept, ~kept & (np.arange(FRAMES) < 80)], axis=1),
         confidence=np.where(kept, 0.0, 0.9),
         kept=kept,
-        seams=(0.75,),
+        restarts=(0.75,),
         notices=("It sits <down>.",),
         truth=clean if truth else None,
     )
@@ -67,7 +67,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("out") / "deep"
     with pytest.MonkeyPatch.context() as patch:
         small_pictures(patch)
-        clean_report(cleaning(), out)
+        write_clip_report(cleaning(), out)
     return out
 
 
@@ -75,12 +75,12 @@ def small_pictures(patch: pytest.MonkeyPatch) -> None:
     """Make films and pictures tiny."""
     draw = clean_film.render_pair
     patch.setattr(clean_film, "render_pair", lambda *args: draw(*args, size=(64, 36)))
-    patch.setattr(clean_film, "_SIZE", (48, 64))
+    patch.setattr(clean_film, "_MOMENT_SIZE_PX", (48, 64))
 
 
 def test_numbers_by_side() -> None:
     # 75 of 90 frames stand; the other 15 keep 30 mm: 30 x 15 / 90 = 5 mm.
-    report = report_data(cleaning())
+    report = collect_report_data(cleaning())
     assert {side: values["floating"] for side, values in report["artefacts"].items()} == {
         "before": pytest.approx(30.0), "after": pytest.approx(5.0), "truth": 0.0,
     }  # fmt: skip
@@ -97,14 +97,14 @@ def test_numbers_by_side() -> None:
 
 def test_the_frames_most_changed_are_apart_and_say_what_moved() -> None:
     # An elbow bent by 90 degrees moves the hand alone, by 0.25 sqrt 2 m; the mean is over 20 joints. Of the three frames the first counts.
-    (one,) = most_changed(cleaning())
+    (one,) = find_most_changed_frames(cleaning())
     hand = 1e3 * 0.25 * np.sqrt(2.0)
     assert (one["frame"], one["seconds"], one["body"]) == (59, pytest.approx(59 / 60), "hand_l")
     assert one["body_mm"] == pytest.approx(hand)
     assert one["deviation_mm"] == pytest.approx(hand / 20)
     twice = replace(cleaning(), after=bowed(cleaning().after, slice(0, 2), np.pi / 6))
-    assert [moment["frame"] for moment in most_changed(twice)] == [0, 59]
-    assert most_changed(replace(cleaning(), after=cleaning().before)) == []
+    assert [moment["frame"] for moment in find_most_changed_frames(twice)] == [0, 59]
+    assert find_most_changed_frames(replace(cleaning(), after=cleaning().before)) == []
 
 
 def test_each_frame_has_its_row() -> None:
@@ -116,18 +116,18 @@ def test_each_frame_has_its_row() -> None:
 
 
 def test_flags_become_spans() -> None:
-    assert spans(np.array([True, False, False, True, True]), 10.0) == [(0.0, 0.1), (0.3, 0.5)]
-    assert spans(np.zeros(3, dtype=bool), 10.0) == []
+    assert true_spans(np.array([True, False, False, True, True]), 10.0) == [(0.0, 0.1), (0.3, 0.5)]
+    assert true_spans(np.zeros(3, dtype=bool), 10.0) == []
 
 
 def test_plots_keep_the_worst_frame_of_long_clips() -> None:
-    still = posed({}, frames=2 * POINTS)
+    still = posed({}, frames=2 * MAX_POINTS)
     high = still.root_position.copy()
     high[101, 2] -= 0.05  # of the pair of frames 100 and 101
-    sides = {"before": track_artefacts(replace(still, root_position=high)), "after": track_artefacts(still)}
-    plots = dict(over_time(sides))
+    sides = {"before": compute_artefact_tracks(replace(still, root_position=high)), "after": compute_artefact_tracks(still)}
+    plots = dict(plot_artefacts(sides))
     before, after = plots["Body's lowest point"]["data"]
-    assert len(before["y"]) == POINTS
+    assert len(before["y"]) == MAX_POINTS
     assert before["y"][50] == pytest.approx(-50.0)
     assert before["x"][50] == pytest.approx(100 / 60, abs=1e-3)
     assert max(map(abs, after["y"])) < 1e-6
@@ -170,7 +170,7 @@ def test_the_page_needs_no_network_and_shows_everything(written: Path) -> None:
 
 def test_without_a_truth_and_a_way_to_draw_the_report_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clean_film, "can_render", lambda: False)
-    report = clean_report(cleaning(truth=False), tmp_path)
+    report = write_clip_report(cleaning(truth=False), tmp_path)
     page = (tmp_path / "index.html").read_text()
     assert report["artefacts"]["truth"] == {}
     assert "truth_error_local" not in page
@@ -179,8 +179,8 @@ def test_without_a_truth_and_a_way_to_draw_the_report_says_so(tmp_path: Path, mo
 
 
 def test_a_folder_has_one_page_with_means_and_links(tmp_path: Path) -> None:
-    reports = {"a b/1": report_data(cleaning()), "c": report_data(replace(cleaning(truth=False), after=cleaning().before))}
-    folder_report(reports, tmp_path)
+    reports = {"a b/1": collect_report_data(cleaning()), "c": collect_report_data(replace(cleaning(truth=False), after=cleaning().before))}
+    write_folder_report(reports, tmp_path)
     table = json.loads((tmp_path / "report.json").read_text())
     assert table["artefacts"]["after"]["floating"] == pytest.approx(17.5)  # 5 and 30 mm
     assert table["artefacts"]["truth"]["floating"] == 0.0

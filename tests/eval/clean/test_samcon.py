@@ -9,9 +9,9 @@ import pytest
 from agents.policy.policy import Policy
 from datasets.library.motion_library import MotionLibrary
 from datasets.motion.clip import BodyMotion
-from envs.physics.mujoco_cpu import FilmedPhysics
+from envs.physics.mujoco_cpu import RecordingPhysics
 from eval.clean import samcon as crowd
-from eval.clean.samcon import Crowd, Take
+from eval.clean.samcon import SamconSearch, Segment
 from tests.builders import STANDING, hinge, posed
 from tests.eval.clean.clean_parts import SPEC, shrink_crowd, standing, untrained
 
@@ -23,17 +23,17 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     shrink_crowd(monkeypatch)
 
 
-def takes_of(clip: BodyMotion, seed: int = 0) -> list[Take]:
-    return list(Crowd(untrained(), SPEC, clip, 1, seed).takes())
+def takes_of(clip: BodyMotion, seed: int = 0) -> list[Segment]:
+    return list(SamconSearch(untrained(), SPEC, clip, 1, seed).segments())
 
 
-def unbroken(take: Take) -> None:
+def unbroken(take: Segment) -> None:
     """Check that physics leads from each frame of a take to the next, so that it is one world's and its forebears'."""
     worlds = len(take.poses) - 1
-    physics = FilmedPhysics(worlds)
+    physics = RecordingPhysics(worlds)
     physics.reset(np.arange(worlds), take.poses[:-1], take.velocities[:-1])
     physics.step(take.targets[1:])
-    poses, velocities, _ = physics.film[0]  # a frame later
+    poses, velocities, _ = physics.substates[0]  # a frame later
     assert poses == pytest.approx(take.poses[1:], abs=1e-3)
     assert velocities == pytest.approx(take.velocities[1:], abs=0.1)
 
@@ -44,7 +44,7 @@ def test_a_clip_that_can_be_stood_is_one_take() -> None:
     (take,) = takes_of(clip)
     assert take.start == 0
     assert (take.poses.shape, take.velocities.shape, take.targets.shape) == ((61, 50), (61, 49), (61, 43))
-    assert take.poses[0] == pytest.approx(MotionLibrary.of([clip]).start_pose[0], abs=1e-6)
+    assert take.poses[0] == pytest.approx(MotionLibrary.from_clips([clip]).start_pose[0], abs=1e-6)
     unbroken(take)
     assert np.abs(take.poses[:, :2] - clip.root_position[:, :2]).max() < 0.1
     # The motors were told the reference, what carries it and a residual; in the first frame what they were told next.
@@ -79,9 +79,9 @@ def test_a_search_traces_who_went_on_from_whom() -> None:
 
 def test_where_all_go_astray_the_next_take_begins_there(monkeypatch: pytest.MonkeyPatch) -> None:
     # With hardly any distance allowed nobody stays for long.
-    monkeypatch.setattr(crowd, "ASTRAY", 0.0005)
+    monkeypatch.setattr(crowd, "MAX_POSE_ERROR_M", 0.0005)
     clip = standing(61)
-    takes, reference = takes_of(clip), MotionLibrary.of([clip]).start_pose
+    takes, reference = takes_of(clip), MotionLibrary.from_clips([clip]).start_pose
     assert len(takes) > 2
     assert takes[0].start == 0
     for before, after in pairwise(takes):
@@ -120,10 +120,10 @@ def test_only_a_share_of_the_residual_is_played(monkeypatch: pytest.MonkeyPatch)
         def act(self, observation: np.ndarray) -> np.ndarray:
             return np.full((len(observation), 20), 0.1, dtype=np.float32)
 
-    monkeypatch.setattr(crowd, "NOISE", 0.0)
+    monkeypatch.setattr(crowd, "ACTION_NOISE_STD", 0.0)
     told = []
     for share in (0.0, 0.5):
         policy = Asking(SPEC.observation_size, SPEC.action_size, (8,))
-        (take,) = Crowd(policy, SPEC, posed({}, 5), 1, residual=share).takes()
+        (take,) = SamconSearch(policy, SPEC, posed({}, 5), 1, action_scale=share).segments()
         told.append(take.targets[:, hinge("shin_l_y")])
     assert told[1][1:] - told[0][1:] == pytest.approx([0.01, 0.01, 0.018, 0.018], abs=1e-6)

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import NAMES, hinge_angles
+from datasets.motion.humanoid import BODY_NAMES, hinge_angles
 from datasets.motion.kinematics import body_poses
 from eval.clean import simulate_clip as module
-from eval.clean.samcon import Take
-from eval.clean.simulate_clip import Performed, perform_clip, untouched
+from eval.clean.samcon import Segment
+from eval.clean.simulate_clip import SimulatedClip, simulate_clip, without_simulation
 from tests.builders import STANDING, posed
 from tests.eval.clean.clean_parts import SPEC, shrink_crowd, standing, untrained
 
@@ -19,30 +19,30 @@ FRAMES = 601  # 10 s
 TIME = np.arange(FRAMES) / 60.0
 INNER = slice(240, -240)  # averages of 1 s standard deviation are cut off at 4 of them
 X, Y, Z = np.eye(3)
-ELBOWS = [NAMES.index("forearm_l"), NAMES.index("forearm_r")]
+ELBOWS = [BODY_NAMES.index("forearm_l"), BODY_NAMES.index("forearm_r")]
 
 
-def taken(motion: BodyMotion, start: int, stop: int) -> Take:
+def taken(motion: BodyMotion, start: int, stop: int) -> Segment:
     """Return the frames of a clip from ``start`` up to ``stop`` as a take of somebody who moves just so, loosely."""
     part = motion.cut(start, stop)
     poses = np.concat([part.root_position, part.local_rotations[:, 0], hinge_angles(part.local_rotations)], axis=1)
-    return Take(start, poses, np.zeros((len(part), 49)), poses[:, 7:])
+    return Segment(start, poses, np.zeros((len(part), 49)), poses[:, 7:])
 
 
 def perform_as(
-    monkeypatch: pytest.MonkeyPatch, clip: BodyMotion, takes: list[Take], joins: tuple[bool, bool] = (False, False)
-) -> Performed:
+    monkeypatch: pytest.MonkeyPatch, clip: BodyMotion, takes: list[Segment], joins: tuple[bool, bool] = (False, False)
+) -> SimulatedClip:
     """Return what becomes of a clip whose crowd shows the given takes."""
 
     class Actors:
         def __init__(self, *_: object) -> None:
             pass
 
-        def takes(self) -> Iterator[Take]:
+        def segments(self) -> Iterator[Segment]:
             return iter(takes)
 
-    monkeypatch.setattr(module, "Crowd", Actors)
-    return perform_clip(untrained(), SPEC, clip, 1, joins)
+    monkeypatch.setattr(module, "SamconSearch", Actors)
+    return simulate_clip(untrained(), SPEC, clip, 1, joins)
 
 
 def still(angles: dict[str, float], root: np.ndarray | None = None) -> BodyMotion:
@@ -57,7 +57,7 @@ def test_what_is_far_from_the_clip_is_not_trusted(monkeypatch: pytest.MonkeyPatc
     clip = still({})
     hangs = still({"upper_arm_l_x": -90.0, "upper_arm_r_x": 90.0}, 0.3 * TIME[:, None] * X)
     found = perform_as(monkeypatch, clip, [taken(hangs, 0, FRAMES)])
-    assert not found.trust.any()
+    assert not found.confidence.any()
     assert not found.contacts.any()
     assert found.motion.root_position == pytest.approx(clip.root_position, abs=1e-9)
     assert found.motion.local_rotations == pytest.approx(clip.local_rotations, abs=1e-9)
@@ -67,8 +67,8 @@ def test_what_is_near_is_the_performance(monkeypatch: pytest.MonkeyPatch) -> Non
     # Elbows bent by 40 degrees: hands 2 x 0.25 sin 20 = 0.171 m off, 0.0171 on average: under 0.02. And 2 cm lower.
     performance = still({"forearm_l_z": 40.0, "forearm_r_z": -40.0}, -0.02 * np.ones((FRAMES, 1)) * Z)
     found = perform_as(monkeypatch, still({}), [taken(performance, 0, FRAMES)])
-    assert found.trust == pytest.approx(1.0)
-    assert found.starts == [0]
+    assert found.confidence == pytest.approx(1.0)
+    assert found.segment_starts == [0]
     assert found.motion.root_position == pytest.approx(performance.root_position, abs=1e-9)
     assert np.abs(np.sum(found.motion.local_rotations * performance.local_rotations, axis=-1)) == pytest.approx(1.0)
 
@@ -79,7 +79,7 @@ def test_what_is_between_is_blended(monkeypatch: pytest.MonkeyPatch) -> None:
     # (0.8500, 0, 0, 0.4122): 2 atan(0.4122 / 0.8500) = 51.75 degrees. 4 cm lower: 0.6413 x 4 = 2.565 cm.
     performance = still({"forearm_l_z": 80.0, "forearm_r_z": -80.0}, -0.04 * np.ones((FRAMES, 1)) * Z)
     found = perform_as(monkeypatch, still({}), [taken(performance, 0, FRAMES)])
-    assert found.trust == pytest.approx(0.6413, abs=1e-4)
+    assert found.confidence == pytest.approx(0.6413, abs=1e-4)
     elbows = found.motion.local_rotations[:, ELBOWS]
     assert np.degrees(2.0 * np.arctan2(elbows[..., 3], elbows[..., 0])) == pytest.approx(np.tile([51.75, -51.75], (FRAMES, 1)), abs=0.05)
     assert found.motion.root_position[:, 2] == pytest.approx(STANDING - 0.02565, abs=1e-5)
@@ -108,11 +108,11 @@ def test_seams_are_blended(monkeypatch: pytest.MonkeyPatch) -> None:
     clip = still({})
     first = still({"forearm_l_z": 40.0, "forearm_r_z": -40.0}, 0.4 * TIME[:, None] * X)
     found = perform_as(monkeypatch, clip, [taken(first, 0, 301), taken(clip, 300, FRAMES)])
-    assert found.starts == [0, 300]
-    assert found.trust[300] == 0.0
-    assert found.trust[291] == found.trust[309] == pytest.approx(1.0)
+    assert found.segment_starts == [0, 300]
+    assert found.confidence[300] == 0.0
+    assert found.confidence[291] == found.confidence[309] == pytest.approx(1.0)
     # About half-way, 5 and 4 of 9 frames away: 3 x 0.3086 - 2 x 0.1715 = 0.5830 and 3 x 0.1975 - 2 x 0.0878 = 0.4170.
-    assert found.trust[[295, 296]] == pytest.approx([0.5830, 0.4170], abs=1e-4)
+    assert found.confidence[[295, 296]] == pytest.approx([0.5830, 0.4170], abs=1e-4)
     # The elbows open by 40 degrees within 9 frames: steepest in the middle, by 1.5 times 40 / 9 = 6.7 degrees a frame.
     opened = np.degrees(2.0 * np.arctan2(found.motion.local_rotations[:, ELBOWS[0], 3], found.motion.local_rotations[:, ELBOWS[0], 0]))
     assert opened[270] == pytest.approx(40.0, abs=0.5)
@@ -126,7 +126,7 @@ def test_what_could_not_be_performed_is_not_trusted(monkeypatch: pytest.MonkeyPa
     # Takes of a single frame, the reference's own, and nothing between them: near to the clip, but no performance.
     clip = still({})
     found = perform_as(monkeypatch, clip, [taken(clip, start, start + 1) for start in range(0, 599, 2)])
-    assert found.trust[30:].max() < 0.05
+    assert found.confidence[30:].max() < 0.05
 
 
 @pytest.mark.parametrize(
@@ -138,19 +138,19 @@ def test_performances_fit_what_comes_before_and_after(
     # One frame of 9 away from what is not performed: 3 / 81 - 2 / 729 = 0.0343.
     performance = still({"forearm_l_z": 40.0})
     found = perform_as(monkeypatch, still({}), [taken(performance, 0, FRAMES)], joins)
-    assert found.trust[[0, -1]] == pytest.approx([first, last], abs=1e-4)
-    assert found.trust[20:-20] == pytest.approx(1.0)
+    assert found.confidence[[0, -1]] == pytest.approx([first, last], abs=1e-4)
+    assert found.confidence[20:-20] == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("frames", [60, 61])
 def test_a_crowd_performs_all_of_a_clip(monkeypatch: pytest.MonkeyPatch, frames: int) -> None:
     shrink_crowd(monkeypatch)
     clip = standing(frames)
-    found, again = (perform_clip(untrained(), SPEC, clip, 1) for _ in range(2))
-    assert (len(found.motion), found.contacts.shape, found.trust.shape, found.starts) == (frames, (frames, 2), (frames,), [0])
+    found, again = (simulate_clip(untrained(), SPEC, clip, 1) for _ in range(2))
+    assert (len(found.motion), found.contacts.shape, found.confidence.shape, found.segment_starts) == (frames, (frames, 2), (frames,), [0])
     assert (found.motion.fps, found.motion.name) == (60.0, clip.name)
     # It stands with both feet on the ground from the first to the last frame, and near the clip.
-    assert found.trust == pytest.approx(1.0, abs=0.01)
+    assert found.confidence == pytest.approx(1.0, abs=0.01)
     assert found.contacts.mean() > 0.9
     error = body_poses(found.motion)[0] - body_poses(clip)[0]
     assert np.linalg.norm(error - error[:, :1], axis=-1).mean() < 0.03
@@ -166,16 +166,16 @@ def test_trust_is_a_share_wherever_a_crowd_fails(monkeypatch: pytest.MonkeyPatch
     rest = posed({}, 90)
     time = np.arange(90) / 60.0
     clip = replace(rest, root_position=rest.root_position + 10.0 * np.clip(time - 0.5, 0.0, None)[:, None] ** 2 * Z)
-    found = perform_clip(untrained(), SPEC, clip, 1)
-    assert len(found.starts) > 1
-    assert found.trust.min() >= 0.0
-    assert found.trust.max() <= 1.0 + 1e-9
-    assert found.trust[found.starts[1:]] == pytest.approx(0.0)
+    found = simulate_clip(untrained(), SPEC, clip, 1)
+    assert len(found.segment_starts) > 1
+    assert found.confidence.min() >= 0.0
+    assert found.confidence.max() <= 1.0 + 1e-9
+    assert found.confidence[found.segment_starts[1:]] == pytest.approx(0.0)
 
 
 def test_untouched() -> None:
     clip = posed({}, 7)
-    found = untouched(clip)
+    found = without_simulation(clip)
     assert found.motion is clip
-    assert not found.trust.any()
-    assert (found.contacts.shape, found.contacts.any(), found.starts) == ((7, 2), False, [])
+    assert not found.confidence.any()
+    assert (found.contacts.shape, found.contacts.any(), found.segment_starts) == ((7, 2), False, [])

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from agents.policy.policy import Policy
-from datasets.cleanup.off_feet_segments import Span
+from datasets.cleanup.off_feet_segments import OffFeetSpan
 from datasets.motion.clip import BodyMotion
-from datasets.motion.kinematics import body_poses, lowest_points
-from datasets.motion.rotation import about_axis, multiply
+from datasets.motion.kinematics import body_poses, lowest_point_heights
+from datasets.motion.rotation import from_axis_angle, multiply
 from envs.mimic.spec import MimicSpec
 from eval.clean import stages as module
-from eval.clean.simulate_clip import Performed
-from eval.clean.stages import inside, perform, repair
+from eval.clean.simulate_clip import SimulatedClip
+from eval.clean.stages import frame_mask, repair_kinematically, simulate_grounded_spans
 from tests.builders import STANDING, posed
 from tests.eval.clean.clean_parts import SPEC, shrink_crowd, standing, untrained
 
@@ -22,7 +22,7 @@ X, Y, Z = np.eye(3)
 
 def lowest(motion: BodyMotion) -> np.ndarray:
     """Return the height [m] of the lowest point of a body in each frame, shape (T,)."""
-    return lowest_points(*body_poses(motion)).min(axis=1)
+    return lowest_point_heights(*body_poses(motion)).min(axis=1)
 
 
 def at_heights(heights: np.ndarray) -> BodyMotion:
@@ -38,13 +38,13 @@ def climbing() -> np.ndarray:
 
 
 def test_a_floating_clip_is_put_on_the_ground() -> None:
-    assert lowest(repair(at_heights(np.full(120, 0.05)), [])) == pytest.approx(0.0, abs=1e-3)
+    assert lowest(repair_kinematically(at_heights(np.full(120, 0.05)), [])) == pytest.approx(0.0, abs=1e-3)
 
 
 def test_what_is_elsewhere_keeps_its_height_above_the_ground() -> None:
     # The floating goes, before, after and while somebody is on a box, and the box stays: it is not levelled.
     heights = climbing()
-    found = lowest(repair(at_heights(heights), [Span(105, 255, "climbs")]))
+    found = lowest(repair_kinematically(at_heights(heights), [OffFeetSpan(105, 255, "climbs")]))
     assert found[:100] == pytest.approx(0.0, abs=2e-3)
     assert found[-100:] == pytest.approx(0.0, abs=2e-3)
     assert found[165:195] == pytest.approx(0.45, abs=2e-3)
@@ -52,7 +52,7 @@ def test_what_is_elsewhere_keeps_its_height_above_the_ground() -> None:
 
 def test_all_of_it_elsewhere_is_left_at_its_height() -> None:
     heights = np.full(120, 0.45)
-    assert lowest(repair(at_heights(heights), [Span(0, 120, "sits")])) == pytest.approx(0.45, abs=1e-9)
+    assert lowest(repair_kinematically(at_heights(heights), [OffFeetSpan(0, 120, "sits")])) == pytest.approx(0.45, abs=1e-9)
 
 
 def test_jitter_goes_and_limbs_come_apart() -> None:
@@ -60,25 +60,25 @@ def test_jitter_goes_and_limbs_come_apart() -> None:
     trembling = posed({}, 240)
     swing = np.radians(2.0) * np.sin(2.0 * np.pi * 20.0 * np.arange(240) / 60.0 + 0.3)
     local = trembling.local_rotations.copy()
-    local[:, 5] = about_axis(X, np.radians(-90.0) + swing)  # upper_arm_l
-    found = repair(replace(trembling, local_rotations=local), [])
+    local[:, 5] = from_axis_angle(X, np.radians(-90.0) + swing)  # upper_arm_l
+    found = repair_kinematically(replace(trembling, local_rotations=local), [])
     angles = 2.0 * np.arctan2(found.local_rotations[:, 5, 1], found.local_rotations[:, 5, 0])
     assert np.abs(np.diff(angles[60:-60])).max() < np.radians(0.02)
     assert angles[120] > np.radians(-90.0) + 0.03  # away from the hip
 
 
 def test_frames_inside_spans() -> None:
-    assert inside([Span(1, 3, "sits"), Span(4, 5, "lies")], 6).tolist() == [False, True, True, False, True, False]
-    assert inside([], 2).tolist() == [False, False]
+    assert frame_mask([OffFeetSpan(1, 3, "sits"), OffFeetSpan(4, 5, "lies")], 6).tolist() == [False, True, True, False, True, False]
+    assert frame_mask([], 2).tolist() == [False, False]
 
 
-def bent(clip: BodyMotion, drift: float) -> Performed:
+def bent(clip: BodyMotion, drift: float) -> SimulatedClip:
     """Return a performance on the left foot, all trusted: the left elbow bent by 30 degrees more, the way along x ``drift`` [m] longer."""
     local = clip.local_rotations.copy()
-    local[:, 6] = multiply(local[:, 6], np.broadcast_to(about_axis(Z, np.radians(30.0)), local[:, 6].shape))
+    local[:, 6] = multiply(local[:, 6], np.broadcast_to(from_axis_angle(Z, np.radians(30.0)), local[:, 6].shape))
     root = clip.root_position + np.linspace(0.0, drift, len(clip))[:, None] * X + [7.0, 7.0, 0.0]  # begins anywhere
     contacts = np.tile([True, False], (len(clip), 1))
-    return Performed(replace(clip, root_position=root, local_rotations=local), contacts, np.ones(len(clip)), [0, 20])
+    return SimulatedClip(replace(clip, root_position=root, local_rotations=local), contacts, np.ones(len(clip)), [0, 20])
 
 
 @pytest.fixture
@@ -86,31 +86,31 @@ def performed(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, tuple[bool, bo
     """Let parts be performed as ``bent``, with 0.2 m of drift; return what was asked for: frames, and what they join."""
     asked = []
 
-    def stand_in(_: Policy, __: MimicSpec, clip: BodyMotion, ___: int, joins: tuple[bool, bool]) -> Performed:
+    def stand_in(_: Policy, __: MimicSpec, clip: BodyMotion, ___: int, joins: tuple[bool, bool]) -> SimulatedClip:
         asked.append((len(clip), joins))
         return bent(clip, 0.2)
 
-    monkeypatch.setattr(module, "perform_clip", stand_in)
+    monkeypatch.setattr(module, "simulate_clip", stand_in)
     return asked
 
 
 def test_only_level_ground_is_performed(performed: list[tuple[int, tuple[bool, bool]]]) -> None:
     # 100 frames of standing, 80 of sitting, 120 of standing.
     clip = posed({}, 300)
-    found = perform(untrained(), SPEC, clip, [Span(100, 180, "sits")], 1)
+    found = simulate_grounded_spans(untrained(), SPEC, clip, [OffFeetSpan(100, 180, "sits")], 1)
     assert performed == [(100, (False, True)), (120, (True, False))]
     ground = np.ones(300, dtype=bool)
     ground[100:180] = False
-    assert np.array_equal(found.trust, ground.astype(float))
+    assert np.array_equal(found.confidence, ground.astype(float))
     assert np.array_equal(found.contacts, np.stack([ground, np.zeros(300, dtype=bool)], axis=1))
     assert np.array_equal(found.motion.local_rotations[100:180], clip.local_rotations[100:180])
     assert found.motion.local_rotations[ground, 6] == pytest.approx(np.tile([np.cos(np.pi / 12), 0, 0, np.sin(np.pi / 12)], (220, 1)))
-    assert found.starts == [0, 20, 180, 200]
+    assert found.segment_starts == [0, 20, 180, 200]
 
 
 def test_what_follows_a_performance_is_carried_along(performed: list[tuple[int, tuple[bool, bool]]]) -> None:
     # The clip stands still; the first part drifts by 0.2 m, so the second is from there, and drifts by another 0.2. Heights stay.
-    found = perform(untrained(), SPEC, posed({}, 300), [Span(100, 180, "sits")], 1).motion.root_position
+    found = simulate_grounded_spans(untrained(), SPEC, posed({}, 300), [OffFeetSpan(100, 180, "sits")], 1).motion.root_position
     assert len(performed) == 2
     assert found[:100, 0] == pytest.approx(np.linspace(0.0, 0.2, 100))
     assert found[100:180, 0] == pytest.approx(0.2)
@@ -121,9 +121,9 @@ def test_what_follows_a_performance_is_carried_along(performed: list[tuple[int, 
 
 def test_what_is_too_short_is_not_performed_but_stands_by_its_looks(performed: list[tuple[int, tuple[bool, bool]]]) -> None:
     # 59 frames before and 61 after somebody sits.
-    found = perform(untrained(), SPEC, posed({}, 200), [Span(59, 139, "sits")], 1)
+    found = simulate_grounded_spans(untrained(), SPEC, posed({}, 200), [OffFeetSpan(59, 139, "sits")], 1)
     assert performed == [(61, (True, False))]
-    assert not found.trust[:139].any()
+    assert not found.confidence[:139].any()
     assert found.contacts[:59].all()  # of a T-pose on the ground
     assert not found.contacts[59:139].any()
     assert found.contacts[139:].tolist() == [[True, False]] * 61
@@ -131,21 +131,23 @@ def test_what_is_too_short_is_not_performed_but_stands_by_its_looks(performed: l
 
 def test_without_a_policy_physics_is_left_out() -> None:
     clip = posed({}, 90)
-    found = perform(None, SPEC, clip, [], 1)
+    found = simulate_grounded_spans(None, SPEC, clip, [], 1)
     assert found.motion is clip
     assert found.contacts.all()
-    assert (found.trust.any(), found.starts) == (False, [])
+    assert (found.confidence.any(), found.segment_starts) == (False, [])
 
 
 def test_a_crowd_performs_what_is_repaired(monkeypatch: pytest.MonkeyPatch) -> None:
     # Somebody who stands, sits down in the air for half a second, and stands: before and after the span nothing jumps.
     shrink_crowd(monkeypatch)
     clip = standing(200)
-    found = perform(untrained(), SPEC, repair(clip, [Span(70, 100, "sits")]), [Span(70, 100, "sits")], 1)
-    assert (len(found.motion), found.contacts.shape, found.trust.shape) == (200, (200, 2), (200,))
-    assert not found.trust[70:100].any()
-    assert found.trust[[69, 100]] == pytest.approx(0.0, abs=0.05)
-    assert found.trust[[0, 40, 140]] == pytest.approx(1.0, abs=0.05)
+    found = simulate_grounded_spans(
+        untrained(), SPEC, repair_kinematically(clip, [OffFeetSpan(70, 100, "sits")]), [OffFeetSpan(70, 100, "sits")], 1
+    )
+    assert (len(found.motion), found.contacts.shape, found.confidence.shape) == (200, (200, 2), (200,))
+    assert not found.confidence[70:100].any()
+    assert found.confidence[[69, 100]] == pytest.approx(0.0, abs=0.05)
+    assert found.confidence[[0, 40, 140]] == pytest.approx(1.0, abs=0.05)
     assert not found.contacts[70:100].any()
     assert found.contacts[20:50].all()
     steps = np.linalg.norm(np.diff(body_poses(found.motion)[0], axis=0), axis=-1)

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from datasets.motion.humanoid import BODY_COUNT
-from datasets.trackers.trackers import PELVIS, TrackerPoses
-from eval.live.messages import CALIBRATING, LIVE, WARMING_UP, Solved
-from eval.live.rate_limit import Limits
+from datasets.trackers.trackers import PELVIS_TRACKER, TrackerPoses
+from eval.live.messages import CALIBRATING, LIVE, WARMING_UP, SolvedFrames
+from eval.live.rate_limit import ClientLimits
 from eval.live.recorder import Recorder
 from eval.live.server import LiveServer
 
@@ -20,7 +20,7 @@ HOST = "127.0.0.1"
 CALIBRATION, WARM = 3, 2  # frames
 SCALE = 1.25
 NOWHERE = 90.0  # m, along x
-CALM = Limits(window=600.0)  # nobody is told of a wrong rate: how quickly a busy machine gets on is no matter of these tests
+CALM = ClientLimits(rate_window_s=600.0)  # nobody is told of a wrong rate: how quickly a busy machine gets on is no matter of these tests
 HELLO = {"lobstr": 1, "axes": "z-up"}
 STANDING = {  # metres, quaternions wxyz
     "head": [0.0, 0.0, 1.7, 1.0, 0.0, 0.0, 0.0],
@@ -43,7 +43,7 @@ class CheapBodies:
         """Begin again."""
         self.frames[rows] = 0
 
-    def step(self, rows: np.ndarray, trackers: TrackerPoses) -> Solved:
+    def step(self, rows: np.ndarray, trackers: TrackerPoses) -> SolvedFrames:
         """Return where trackers are."""
         assert len(set(rows.tolist())) == len(rows)
         self.batches.append(len(rows))
@@ -55,10 +55,10 @@ class CheapBodies:
             self.frames[rows[place]] = 0
         rotations = np.zeros((len(rows), BODY_COUNT, 4))
         rotations[..., 0] = 1.0
-        rotations[:, 0] = trackers.rotations[:, PELVIS]
+        rotations[:, 0] = trackers.rotations[:, PELVIS_TRACKER]
         contacts = np.tile([True, False], (len(rows), 1))
-        root = np.where(trackers.positions[:, PELVIS, :1] > NOWHERE, np.nan, trackers.positions[:, PELVIS])
-        return Solved(root, rotations, contacts, states, np.full(len(rows), SCALE), problems)
+        root = np.where(trackers.positions[:, PELVIS_TRACKER, :1] > NOWHERE, np.nan, trackers.positions[:, PELVIS_TRACKER])
+        return SolvedFrames(root, rotations, contacts, states, np.full(len(rows), SCALE), problems)
 
 
 class Client:
@@ -134,7 +134,9 @@ class Service:
 
 
 @asynccontextmanager
-async def serving(users: int = 4, limits: Limits | None = None, record: Path | None = None, minutes: float = 1.0) -> AsyncIterator[Service]:
+async def serving(
+    users: int = 4, limits: ClientLimits | None = None, record: Path | None = None, minutes: float = 1.0
+) -> AsyncIterator[Service]:
     """Serve cheap bodies on a free port of this machine."""
     notes: list[str] = []
     recorder = Recorder(record, notes.append, minutes) if record else None

@@ -20,17 +20,17 @@ from rich.console import Console
 
 from agents.lobstr.model import LobstrModel
 from agents.lobstr.spec import LobstrSpec
-from configs.source_code import ROOT
+from configs.source_code import PROJECT_ROOT
 from datasets.formats.bvh import read_bvh, write_bvh
 from datasets.library.sources import load_clips
-from datasets.retarget.humanoid_bvh import bvh_of
+from datasets.retarget.humanoid_bvh import to_humanoid_bvh
 from datasets.synthetic.clips import synthetic_clips
 from envs.mimic.spec import MimicSpec
 from eval import live_replay
-from eval.clean.pipeline import Cleaner
+from eval.clean.pipeline import CleaningPipeline
 from eval.live import cli as live
 from eval.live.client import play
-from eval.live.virtual_user import perform
+from eval.live.virtual_user import replay_as_trackers
 from tests.eval.live.live_parts import HOST, CheapBodies
 
 
@@ -65,7 +65,7 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return six seconds of somebody who walks."""
     path = tmp_path_factory.mktemp("clip") / "walk.bvh"
-    write_bvh(path, bvh_of(next(clip for clip in synthetic_clips(0, 1, 6.0) if clip.kind == "walk")))
+    write_bvh(path, to_humanoid_bvh(next(clip for clip in synthetic_clips(0, 1, 6.0) if clip.kind == "walk")))
     return path
 
 
@@ -74,7 +74,9 @@ def started(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], int]]:
     """Start the service on a free port; yields the process and the port."""
     command = [sys.executable, "-m", "eval.live", "--port", "0", "--page-port", "0", *arguments]
     pipe = subprocess.PIPE
-    with subprocess.Popen(command, cwd=ROOT, stdout=pipe, stderr=pipe, text=True, env={**os.environ, "PYTHONUNBUFFERED": "1"}) as process:
+    with subprocess.Popen(
+        command, cwd=PROJECT_ROOT, stdout=pipe, stderr=pipe, text=True, env={**os.environ, "PYTHONUNBUFFERED": "1"}
+    ) as process:
         try:
             assert process.stdout
             found = re.match(r"trackers: 127\.0\.0\.1 port (\d+) \(TCP", process.stdout.readline())
@@ -112,13 +114,13 @@ def test_replay_and_recording(model: Path, clip: Path, tmp_path: Path, capsys: p
     assert len(bvh.values) == int(sent[1]) - 90  # a second of T-pose, a second to warm up
     (read,) = load_clips(file, fps=45.0)
     assert len(read) == len(bvh.values)
-    cleaned, _ = Cleaner(None, MimicSpec(), 1).clean(bvh, file.stem)  # physics takes longer and is not in question here
+    cleaned, _ = CleaningPipeline(None, MimicSpec(), 1).clean(bvh, file.stem)  # physics takes longer and is not in question here
     assert (cleaned.names, cleaned.values.shape) == (bvh.names, bvh.values.shape)
 
 
 def test_stop_in_the_midst_of_a_session_saves_it(model: Path, clip: Path, tmp_path: Path) -> None:
     with started("--model", str(model), "--record", str(tmp_path)) as (process, port), ThreadPoolExecutor(1) as pool:
-        trackers = perform(load_clips(clip, fps=45.0)[0], 1.7, 0).trackers
+        trackers = replay_as_trackers(load_clips(clip, fps=45.0)[0], 1.7, 0).trackers
         playing = pool.submit(lambda: asyncio.run(play(trackers, "127.0.0.1", port)))  # 8 s
         end = time.monotonic() + 20.0
         while not list(tmp_path.iterdir()):  # until the first live frame
@@ -126,7 +128,7 @@ def test_stop_in_the_midst_of_a_session_saves_it(model: Path, clip: Path, tmp_pa
             time.sleep(0.05)
         time.sleep(0.5)
         out = stopped(process, signal.SIGINT)
-        assert playing.result(30.0).told == ["the service stops"]
+        assert playing.result(30.0).messages == ["the service stops"]
     (file,) = tmp_path.iterdir()
     assert f"saved {file}" in out
     assert 1 < len(read_bvh(file).values) < len(trackers.positions) - 90

@@ -12,23 +12,23 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from eval.live.messages import Seen
-from eval.live.page import VIEWERS, LivePage, render
-from eval.live.protocol import HOST
+from eval.live.messages import UserView
+from eval.live.page import MAX_VIEWERS, LivePage, render_live_page
+from eval.live.protocol import DEFAULT_HOST
 from tests.eval.live.browser import browser
 from tests.eval.live.live_parts import run
 
 
-def seen(x: float = 0.0, state: str = "live") -> Seen:
+def seen(x: float = 0.0, state: str = "live") -> UserView:
     """Return somebody in a T-pose at some place."""
     rotations = np.zeros((20, 4))
     rotations[:, 0] = 1.0
-    return Seen("user 1 (<b>Ann</b>)", state, np.array([x, 0.0, 0.95]), rotations, np.array([True, False]), 1.0, 44.9, 1.23)
+    return UserView("user 1 (<b>Ann</b>)", state, np.array([x, 0.0, 0.95]), rotations, np.array([True, False]), 1.0, 44.9, 1.23)
 
 
 async def get(port: int, request: str) -> tuple[str, bytes]:
     """Send a request and return head and body of the whole response."""
-    reader, writer = await asyncio.open_connection(HOST, port)
+    reader, writer = await asyncio.open_connection(DEFAULT_HOST, port)
     writer.write(request.encode())
     response = await asyncio.wait_for(reader.read(), 5.0)
     writer.close()
@@ -42,7 +42,7 @@ def asking(port: int, path: str = "/", host: str = "", method: str = "GET") -> s
 
 async def watch(port: int) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
     """Return a browser's side of the event stream, after its head."""
-    reader, writer = await asyncio.open_connection(HOST, port, limit=1 << 20)
+    reader, writer = await asyncio.open_connection(DEFAULT_HOST, port, limit=1 << 20)
     writer.write(asking(port, "/events").encode())
     assert b"200 OK" in await reader.readuntil(b"\r\n\r\n")
     return reader, writer
@@ -85,17 +85,17 @@ def test_serves_one_page_to_this_machine_alone() -> None:
 
 def test_tells_everybody_who_watches() -> None:
     async def test() -> None:
-        people: dict[int, Seen] = {}
+        people: dict[int, UserView] = {}
         page = LivePage(people)
         port = await page.start(0)
         reader, writer = await watch(port)
         assert await event(reader) == {"users": []}
         people[3] = seen(0.5)
-        page.show()
+        page.notify()
         (user,) = (await event(reader))["users"]
         assert (user["id"], user["name"], user["state"], user["root"]) == (3, "user 1 (<b>Ann</b>)", "live", [0.5, 0.0, 0.95])
         assert (user["contacts"], user["fps"], user["ms"]) == ([True, False], 44.9, 1.23)
-        others = [await watch(port) for _ in range(VIEWERS - 1)]
+        others = [await watch(port) for _ in range(MAX_VIEWERS - 1)]
         assert (await get(port, asking(port, "/events")))[0].startswith("HTTP/1.1 503")
         for _, other in [*others, (reader, writer)]:
             other.close()
@@ -115,7 +115,7 @@ def test_who_is_slow_misses_frames() -> None:
         assert isinstance(slow[1].transport, asyncio.Transport)
         slow[1].transport.pause_reading()
         for _ in range(60):
-            page.show()
+            page.notify()
             await event(quick[0])
         waits = max(writer.transport.get_write_buffer_size() for writer in page._viewers)
         assert waits <= len(page.event())  # never more than one event, whatever was shown
@@ -127,24 +127,24 @@ def test_who_is_slow_misses_frames() -> None:
 
 
 def test_page_needs_nothing_else() -> None:
-    page = render("secret")
+    page = render_live_page("secret")
     assert page.count('nonce="secret"') == 2
     assert "http://" not in page
     assert "https://" not in page
 
 
 @contextmanager
-def shown(people: dict[int, Seen]) -> Iterator[str]:
+def shown(people: dict[int, UserView]) -> Iterator[str]:
     """Serve a page from another thread and return its address; whoever is ``people`` is shown again and again."""
     address: list[str] = []
     ready, over = threading.Event(), threading.Event()
 
     async def serve() -> None:
         page = LivePage(people)
-        address.append(f"http://{HOST}:{await page.start(0)}/")
+        address.append(f"http://{DEFAULT_HOST}:{await page.start(0)}/")
         ready.set()
         while not over.is_set():
-            page.show()
+            page.notify()
             await asyncio.sleep(0.03)
         await page.stop()
 
@@ -164,7 +164,7 @@ def picture(png: bytes) -> np.ndarray:
 
 
 def test_a_real_browser_shows_who_moves(tmp_path: Path) -> None:
-    people: dict[int, Seen] = {}
+    people: dict[int, UserView] = {}
     with shown(people) as address, browser(tmp_path) as view:
         view.open(address)
         view.until("document.body.dataset.drawn > 0 && document.getElementById('status').textContent === 'nobody is here yet'")

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from configs.errors import InputError
-from datasets.motion.humanoid import BODY_COUNT, NAMES
-from datasets.trackers.trackers import HEAD, TRACKERS
-from eval.live.protocol import AXES, MAX_FRAME, Calibrate, Codec, Frame, read_hello
+from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES
+from datasets.trackers.trackers import HEAD_TRACKER, TRACKER_NAMES
+from eval.live.protocol import AXIS_SYSTEMS, MAX_FRAME_NUMBER, CalibrationRequest, Codec, TrackerFrame, read_hello
 from tests.eval.live.live_parts import STANDING
 
 HALF = float(np.sqrt(0.5))  # sine and cosine of 45 degrees
@@ -21,9 +21,9 @@ def line(**changes: Any) -> bytes:
     return json.dumps({"frame": 7, **STANDING, **changes}).encode()
 
 
-def read(codec: Codec, text: bytes) -> Frame:
+def read(codec: Codec, text: bytes) -> TrackerFrame:
     frame = codec.read(text)
-    assert isinstance(frame, Frame)
+    assert isinstance(frame, TrackerFrame)
     return frame
 
 
@@ -39,10 +39,10 @@ def read(codec: Codec, text: bytes) -> Frame:
 def test_axes(axes: str, place: list[float], turn: list[float]) -> None:
     codec = Codec.of(axes)
     trackers = read(codec, line(head=[*place, *turn])).trackers
-    np.testing.assert_allclose(trackers.positions[HEAD], [3, 1, 2])
-    np.testing.assert_allclose(trackers.rotations[HEAD], [HALF, 0, 0, HALF])
-    rotations = np.tile(trackers.rotations[HEAD], (BODY_COUNT, 1))
-    answer = json.loads(codec.answer(7, "live", trackers.positions[HEAD], rotations, np.array([True, False]), 1.25, 2.5))
+    np.testing.assert_allclose(trackers.positions[HEAD_TRACKER], [3, 1, 2])
+    np.testing.assert_allclose(trackers.rotations[HEAD_TRACKER], [HALF, 0, 0, HALF])
+    rotations = np.tile(trackers.rotations[HEAD_TRACKER], (BODY_COUNT, 1))
+    answer = json.loads(codec.answer(7, "live", trackers.positions[HEAD_TRACKER], rotations, np.array([True, False]), 1.25, 2.5))
     np.testing.assert_allclose(answer.pop("root"), place)
     np.testing.assert_allclose(answer.pop("rotations"), [turn] * BODY_COUNT, atol=1e-5)
     assert answer == {"frame": 7, "state": "live", "contacts": [True, False], "scale": 1.25, "latency_ms": 2.5}
@@ -55,10 +55,10 @@ def test_skeleton_in_the_clients_axes() -> None:
         np.testing.assert_allclose(welcome["offsets"][toe], ahead, atol=1e-9)
         assert welcome["bodies"][welcome["parents"][toe]] == "foot_l"
         assert (welcome["lobstr"], welcome["fps"], welcome["user"], welcome["axes"]) == (1, 45.0, 3, axes)
-        assert tuple(welcome["bodies"]) == NAMES
+        assert tuple(welcome["bodies"]) == BODY_NAMES
 
 
-@given(st.sampled_from(AXES), st.integers(0, MAX_FRAME), st.integers(0, 2**32 - 1))
+@given(st.sampled_from(AXIS_SYSTEMS), st.integers(0, MAX_FRAME_NUMBER), st.integers(0, 2**32 - 1))
 def test_frames_come_back(axes: str, number: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     rotations = rng.normal(size=(4, 4))
@@ -75,11 +75,11 @@ def test_frames_come_back(axes: str, number: int, seed: int) -> None:
 
 def test_rough_quaternions_are_made_unit() -> None:
     frame = read(Codec.of("z-up"), line(pelvis=[0, 0, 1, 0.95, 0, 0, 0]))
-    np.testing.assert_allclose(frame.trackers.rotations[TRACKERS.index("pelvis")], [1, 0, 0, 0])
+    np.testing.assert_allclose(frame.trackers.rotations[TRACKER_NAMES.index("pelvis")], [1, 0, 0, 0])
 
 
 def test_calibrate() -> None:
-    assert isinstance(Codec.of("z-up").read(b'{"calibrate": true}'), Calibrate)
+    assert isinstance(Codec.of("z-up").read(b'{"calibrate": true}'), CalibrationRequest)
 
 
 @pytest.mark.parametrize(

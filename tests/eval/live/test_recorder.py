@@ -10,8 +10,8 @@ import pytest
 from configs.errors import InputError
 from datasets.formats.bvh import read_bvh
 from datasets.library.sources import load_clips
-from datasets.motion.humanoid import NAMES, SKELETON
-from eval.live.recorder import SPOOL, Recorder, main, save_take
+from datasets.motion.humanoid import BODY_NAMES, SKELETON
+from eval.live.recorder import SPOOL_SUFFIX, Recorder, main, save_recording
 from tests.eval.live.live_parts import CALIBRATION, SCALE, WARM, run, serving
 
 
@@ -27,7 +27,7 @@ def turned(frames: int) -> np.ndarray:
     rotations = np.zeros((frames, 20, 4))
     rotations[..., 0] = 1.0
     angle = np.linspace(0.0, 1.0, frames)
-    rotations[:, NAMES.index("thigh_l")] = np.stack([np.cos(angle / 2), 0 * angle, np.sin(angle / 2), 0 * angle], axis=-1)
+    rotations[:, BODY_NAMES.index("thigh_l")] = np.stack([np.cos(angle / 2), 0 * angle, np.sin(angle / 2), 0 * angle], axis=-1)
     return rotations
 
 
@@ -46,7 +46,7 @@ def test_session_is_saved_when_it_ends(tmp_path: Path) -> None:
     assert len(bvh.values) == 30
     assert abs(bvh.frame_time - 1 / 45) < 1e-9
     # Centimetres, Y up: offsets of 1.25 times the standard skeleton's, the pelvis where the tracker was, 1 m up
-    thigh = 100 * SCALE * SKELETON.offsets[NAMES.index("thigh_l")]
+    thigh = 100 * SCALE * SKELETON.offsets[BODY_NAMES.index("thigh_l")]
     np.testing.assert_allclose(bvh.offsets[bvh.names.index("thigh_l")], [thigh[1], thigh[2], thigh[0]], atol=1e-5)
     np.testing.assert_allclose(bvh.values[:, :3], np.tile([0.0, 100.0, 0.0], (30, 1)), atol=1e-4)
 
@@ -64,7 +64,7 @@ def test_recording_reads_like_any_clip(tmp_path: Path) -> None:
     assert len(clip) == 90
     way = clip.root_position[-1] - clip.root_position[0]  # 1 m at the user's size is 1 m / 1.1 at the standard one
     np.testing.assert_allclose(way, [1 / 1.1, 0, 0], atol=2e-3)
-    thigh = clip.local_rotations[:, NAMES.index("thigh_l")]
+    thigh = clip.local_rotations[:, BODY_NAMES.index("thigh_l")]
     np.testing.assert_allclose(2 * np.arctan2(thigh[:, 2], thigh[:, 0]), np.linspace(0, 1, 90), atol=1e-3)
 
 
@@ -137,7 +137,7 @@ def test_take_that_a_crash_left(tmp_path: Path, capsys: pytest.CaptureFixture[st
         recorder = Recorder(tmp_path, lambda _: None)
         for rotations in turned(5):
             recorder.record(1, np.ones(3), rotations, 1.0)
-        for take in recorder._takes.values():
+        for take in recorder._recordings.values():
             take.file.close()
 
     asyncio.run(test())
@@ -152,13 +152,13 @@ def test_take_that_a_crash_left(tmp_path: Path, capsys: pytest.CaptureFixture[st
 
 
 def test_bad_takes(tmp_path: Path) -> None:
-    empty = tmp_path / f".empty{SPOOL}"
+    empty = tmp_path / f".empty{SPOOL_SUFFIX}"
     empty.touch()
     with pytest.raises(InputError, match="holds no frame"):
-        save_take(empty)
+        save_recording(empty)
     (tmp_path / "empty.bvh").touch()
     with pytest.raises(InputError, match="is there already"):
-        save_take(empty)
+        save_recording(empty)
 
 
 def test_folder_that_cannot_be(tmp_path: Path) -> None:

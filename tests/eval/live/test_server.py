@@ -7,9 +7,9 @@ import time
 from contextlib import suppress
 from dataclasses import replace
 
-from eval.live.protocol import MAX_LINE
-from eval.live.rate_limit import Limits
-from eval.live.server import STRANGERS
+from eval.live.protocol import MAX_LINE_BYTES
+from eval.live.rate_limit import ClientLimits
+from eval.live.server import MAX_UNIDENTIFIED_CONNECTIONS
 from tests.eval.live.live_parts import CALIBRATION, CALM, HELLO, HOST, SCALE, STANDING, WARM, CheapBodies, Client, Service, run, serving
 
 
@@ -92,7 +92,7 @@ def test_the_last_frame_of_a_bad_t_pose_is_answered_before_the_end() -> None:
             told = await client.last_words()
             assert [line.get("frame") for line in told] == [0, 1, None, 2]
             assert told[2]["error"].startswith("T-pose")
-            await service.until(lambda: not service.server.seen)
+            await service.until(lambda: not service.server.views)
 
     run(test())
 
@@ -101,7 +101,7 @@ def test_users_who_come_together_are_solved_together() -> None:
     async def test() -> None:
         async with serving(users=4) as service:
             clients = [await service.client() for _ in range(4)]
-            bodies = service.server.bodies
+            bodies = service.server.solver
             assert isinstance(bodies, CheapBodies)
             for _ in range(10):
                 await asyncio.gather(*(client.frame() for client in clients))
@@ -178,7 +178,7 @@ def test_lines_without_end() -> None:
             good = await service.client()
             for tail in (b"", b"\n"):
                 endless = await service.client()
-                endless.send(b" " * (MAX_LINE + 1) + tail)
+                endless.send(b" " * (MAX_LINE_BYTES + 1) + tail)
                 assert (await endless.last_words()) == [{"error": "a line is longer than 65536 bytes", "closing": True}]
             await goes_on(good)
             assert service.server.users == 1
@@ -283,7 +283,7 @@ def test_who_does_not_read_is_dropped() -> None:
 
 def test_a_wrong_rate_is_told_once() -> None:
     async def test() -> None:
-        async with serving(limits=Limits(behind=100_000, flood=1e9, window=0.2)) as service:
+        async with serving(limits=ClientLimits(max_waiting_lines=100_000, max_lines_per_s=1e9, rate_window_s=0.2)) as service:
             client = await service.client()
             answers = []
             for _ in range(30):
@@ -301,7 +301,7 @@ def test_strangers_do_not_crowd_users_out() -> None:
     async def test() -> None:
         async with serving() as service:
             good = await service.client()
-            strangers = [await service.connect() for _ in range(STRANGERS + 1)]
+            strangers = [await service.connect() for _ in range(MAX_UNIDENTIFIED_CONNECTIONS + 1)]
             assert (await strangers[-1].line())["error"].startswith("too many connections have not said hello")
             await goes_on(good)
             assert (await strangers[0].ask(HELLO))["lobstr"] == 1  # which makes room

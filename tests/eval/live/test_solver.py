@@ -6,14 +6,14 @@ import torch
 
 from agents.lobstr.model import LobstrModel
 from agents.lobstr.spec import LobstrSpec
-from datasets.motion.humanoid import NAMES, SKELETON
+from datasets.motion.humanoid import BODY_NAMES, SKELETON
 from datasets.motion.skeleton import forward_kinematics
 from datasets.motion.t_pose import PELVIS_HEIGHT, STANDING_HEIGHT
-from datasets.trackers.calibration import EYES
-from datasets.trackers.trackers import HAND_L, PELVIS, TRACKED, TrackerPoses
-from datasets.trackers.virtual_user import Wearing, draw_wearing, t_pose, wear
-from eval.live.messages import CALIBRATING, LIVE, WARMING_UP, Solved
-from eval.live.solver import CALIBRATION_FRAMES, LiveBodies
+from datasets.trackers.calibration import EYE_OFFSET_M
+from datasets.trackers.trackers import HAND_L_TRACKER, PELVIS_TRACKER, TRACKED_BODIES, TrackerPoses
+from datasets.trackers.virtual_user import TrackerPlacement, draw_tracker_placement, simulate_t_pose, simulate_trackers
+from eval.live.messages import CALIBRATING, LIVE, WARMING_UP, SolvedFrames
+from eval.live.solver import CALIBRATION_FRAMES, LiveBodySolver
 
 WARM_UP = 45  # frames
 
@@ -27,20 +27,20 @@ def model() -> LobstrModel:
 def swaying(frames: int, seed: int) -> TrackerPoses:
     """Return the trackers of somebody in a T-pose who is not quite still, worn anyhow."""
     rng = np.random.default_rng(seed)
-    wearing = draw_wearing(rng, 1.6 + 0.1 * seed)
-    return wear(t_pose(frames / 45.0, rng), wearing)
+    wearing = draw_tracker_placement(rng, 1.6 + 0.1 * seed)
+    return simulate_trackers(simulate_t_pose(frames / 45.0, rng), wearing)
 
 
 def frame(users: list[TrackerPoses], number: int) -> TrackerPoses:
     return TrackerPoses(*(np.stack([user[part][number] for user in users]) for part in range(2)))
 
 
-def play(bodies: LiveBodies, rows: list[int], users: list[TrackerPoses], frames: range) -> list[Solved]:
+def play(bodies: LiveBodySolver, rows: list[int], users: list[TrackerPoses], frames: range) -> list[SolvedFrames]:
     return [bodies.step(np.array(rows), frame(users, number)) for number in frames]
 
 
 def test_states(model: LobstrModel) -> None:
-    bodies, user = LiveBodies(model, 3), swaying(120, 0)
+    bodies, user = LiveBodySolver(model, 3), swaying(120, 0)
     solved = play(bodies, [1], [user], range(120))
     counts = [[int(one.states[0]) for one in solved].count(state) for state in (CALIBRATING, WARMING_UP, LIVE)]
     assert counts == [CALIBRATION_FRAMES, WARM_UP, 120 - CALIBRATION_FRAMES - WARM_UP]
@@ -53,18 +53,18 @@ def test_states(model: LobstrModel) -> None:
 
 def test_t_pose_while_calibrating(model: LobstrModel) -> None:
     user = swaying(10, 0)
-    for number, one in enumerate(play(LiveBodies(model, 1), [0], [user], range(10))):
-        np.testing.assert_array_equal(one.root_position[0], user.positions[number, PELVIS])
+    for number, one in enumerate(play(LiveBodySolver(model, 1), [0], [user], range(10))):
+        np.testing.assert_array_equal(one.root_position[0], user.positions[number, PELVIS_TRACKER])
         assert (one.local_rotations == [1.0, 0.0, 0.0, 0.0]).all()
 
 
 def test_size_and_place(model: LobstrModel) -> None:
     # Somebody 1.25 times as tall as the humanoid, trackers in the joints but for the display, 10 cm over and ahead of the head's
     offsets = np.zeros((4, 3))
-    offsets[0] = 1.25 * np.array([EYES, 0.0, EYES])
+    offsets[0] = 1.25 * np.array([EYE_OFFSET_M, 0.0, EYE_OFFSET_M])
     upright = np.tile([1.0, 0.0, 0.0, 0.0], (4, 1))
-    worn = wear(t_pose(3.0), Wearing(1.25, offsets, upright))
-    last = play(LiveBodies(model, 1), [0], [worn], range(135))[-1]
+    worn = simulate_trackers(simulate_t_pose(3.0), TrackerPlacement(1.25, offsets, upright))
+    last = play(LiveBodySolver(model, 1), [0], [worn], range(135))[-1]
     assert last.states[0] == LIVE
     assert abs(last.scales[0] - 1.25) < 1e-6
     np.testing.assert_allclose(last.root_position[0], [0, 0, 1.25 * PELVIS_HEIGHT], atol=1e-6)
@@ -72,23 +72,27 @@ def test_size_and_place(model: LobstrModel) -> None:
 
 def test_head_and_hands_are_where_the_trackers_are(model: LobstrModel) -> None:
     rng = np.random.default_rng(5)
-    wearing = draw_wearing(rng, STANDING_HEIGHT)
-    joints = t_pose(2.5)
-    joints.positions[60:, HAND_L] += np.linspace(0.0, 1.0, len(joints.positions) - 60)[:, None] * [0.25, -0.35, -0.10]  # a hand comes ahead
-    solved = play(LiveBodies(model, 1), [0], [wear(joints, wearing)], range(len(joints.positions)))
+    wearing = draw_tracker_placement(rng, STANDING_HEIGHT)
+    joints = simulate_t_pose(2.5)
+    joints.positions[60:, HAND_L_TRACKER] += np.linspace(0.0, 1.0, len(joints.positions) - 60)[:, None] * [
+        0.25,
+        -0.35,
+        -0.10,
+    ]  # a hand comes ahead
+    solved = play(LiveBodySolver(model, 1), [0], [simulate_trackers(joints, wearing)], range(len(joints.positions)))
     for number in range(60, len(solved), 10):
         one = solved[number]
         offsets = np.tile(SKELETON.offsets * one.scales[0], (1, 1, 1))
         offsets[:, 0] = one.root_position
         places = forward_kinematics(SKELETON.parents, offsets, one.local_rotations)[0]
-        off = np.linalg.norm(places[0, TRACKED] - joints.positions[number], axis=-1)
+        off = np.linalg.norm(places[0, TRACKED_BODIES] - joints.positions[number], axis=-1)
         # The size is read from the display's height, which is worn up to 2 cm higher or lower: hands and head are as far off
         assert off.max() < 0.05
 
 
 def test_legs_hang_until_the_network_is_warm(model: LobstrModel) -> None:
-    legs = [NAMES.index(f"{part}_{side}") for part in ("thigh", "shin", "foot") for side in "lr"]
-    solved = play(LiveBodies(model, 1), [0], [swaying(100, 0)], range(100))
+    legs = [BODY_NAMES.index(f"{part}_{side}") for part in ("thigh", "shin", "foot") for side in "lr"]
+    solved = play(LiveBodySolver(model, 1), [0], [swaying(100, 0)], range(100))
     for one in solved:
         straight = (one.local_rotations[0, legs] == [1.0, 0.0, 0.0, 0.0]).all()
         assert straight == (one.states[0] != LIVE)
@@ -96,8 +100,8 @@ def test_legs_hang_until_the_network_is_warm(model: LobstrModel) -> None:
 
 def test_users_do_not_disturb_each_other(model: LobstrModel) -> None:
     users = [swaying(160, seed) for seed in range(3)]
-    alone = [play(LiveBodies(model, 1), [0], [user], range(160)) for user in users]
-    bodies = LiveBodies(model, 4)
+    alone = [play(LiveBodySolver(model, 1), [0], [user], range(160)) for user in users]
+    bodies = LiveBodySolver(model, 4)
     together = [[], [], []]
     rows = [2, 0, 3]
     late = [0, 30, 50]  # frames after which each comes
@@ -116,7 +120,7 @@ def test_users_do_not_disturb_each_other(model: LobstrModel) -> None:
 
 def test_reset_concerns_one_user(model: LobstrModel) -> None:
     users = [swaying(150, seed) for seed in range(2)]
-    bodies = LiveBodies(model, 2)
+    bodies = LiveBodySolver(model, 2)
     assert (play(bodies, [0, 1], users, range(100))[-1].states == LIVE).all()
     bodies.reset(np.array([1]))
     solved = play(bodies, [0, 1], users, range(100, 110))
@@ -126,8 +130,8 @@ def test_reset_concerns_one_user(model: LobstrModel) -> None:
 
 def test_no_t_pose(model: LobstrModel) -> None:
     good, bad = swaying(150, 0), swaying(150, 1)
-    bad.positions[20:, HAND_L, 2] -= 0.6  # the arm is dropped
-    bodies = LiveBodies(model, 2)
+    bad.positions[20:, HAND_L_TRACKER, 2] -= 0.6  # the arm is dropped
+    bodies = LiveBodySolver(model, 2)
     solved = play(bodies, [1, 0], [bad, good], range(CALIBRATION_FRAMES))
     assert not any(one.problems for one in solved[:-1])
     assert list(solved[-1].problems) == [0]
@@ -142,7 +146,7 @@ def test_trackers_that_go_mad_make_no_other_numbers(model: LobstrModel, seed: in
     """Whatever unit quaternions and places within 100 m are, bodies are bodies: tracking is lost now and then."""
     rng = np.random.default_rng(seed)
     users = [swaying(100, user) for user in range(4)]
-    bodies = LiveBodies(model, 4)
+    bodies = LiveBodySolver(model, 4)
     play(bodies, [0, 1, 2, 3], users, range(100))
     solved = None
     for number in range(100):
@@ -156,4 +160,4 @@ def test_trackers_that_go_mad_make_no_other_numbers(model: LobstrModel, seed: in
         np.testing.assert_allclose(np.linalg.norm(solved.local_rotations, axis=-1), 1.0, atol=1e-6)
         assert np.isfinite(solved.root_position).all()
     assert solved  # and who is calm among them still stands there
-    np.testing.assert_allclose(solved.root_position[3], users[3].positions[99, PELVIS], atol=0.4)
+    np.testing.assert_allclose(solved.root_position[3], users[3].positions[99, PELVIS_TRACKER], atol=0.4)

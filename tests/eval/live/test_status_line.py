@@ -13,10 +13,10 @@ from tests.eval.live.live_parts import CheapBodies, run, serving
 
 
 def test_lines() -> None:
-    server = LiveServer(CheapBodies(3), tell=lambda _: None)
+    server = LiveServer(CheapBodies(3), log=lambda _: None)
     assert status(server, 0.0) == "waiting for users"
     assert summary(server) == "stopped after 0 frames"
-    server._free.pop()
+    server._free_slots.pop()
     # 99 frames of 1 ms and one of 31: the median is 1, the 99th percentile lies a hundredth of the way from the 99th to the 100th frame
     server.latencies.extend([1.0] * 99 + [31.0])
     server.answered = 12_345
@@ -25,7 +25,7 @@ def test_lines() -> None:
 
 
 def test_line_in_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(live_status, "SECONDS", 0.05)
+    monkeypatch.setattr(live_status, "UPDATE_INTERVAL_S", 0.05)
     shown, plain = io.StringIO(), io.StringIO()
 
     async def test() -> None:

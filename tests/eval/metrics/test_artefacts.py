@@ -7,10 +7,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import BODY_COUNT, NAMES
-from datasets.motion.rotation import about_axis, multiply
-from eval.metrics.artefact_tracks import foot_contacts, overlaps, track_artefacts
-from eval.metrics.artefacts import agreement, artefacts, distance_local, distance_world
+from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES
+from datasets.motion.rotation import from_axis_angle, multiply
+from eval.metrics.artefact_tracks import compute_artefact_tracks, low_feet, self_penetration_depths
+from eval.metrics.artefacts import artefact_metrics, contact_agreement, mean_distance_local_mm, mean_distance_world_mm
 
 STANDING = 0.94  # m, of the pelvis: hip 0.03 below it, leg 0.42 + 0.41, ankle 0.08 above the sole
 X, Y, Z = np.eye(3)
@@ -21,7 +21,7 @@ def clip(root: np.ndarray, fps: float = 60.0, **turns: np.ndarray) -> BodyMotion
     """Return a T-pose along ``root`` (T, 3) in which the named bodies are turned by quaternions (4,) or (T, 4)."""
     local = np.tile([1.0, 0.0, 0.0, 0.0], (len(root), BODY_COUNT, 1))
     for name, turn in turns.items():
-        local[:, NAMES.index(name)] = turn
+        local[:, BODY_NAMES.index(name)] = turn
     return BodyMotion(root, local, fps, "test")
 
 
@@ -34,7 +34,7 @@ def path(x: np.ndarray | float = 0.0, z: np.ndarray | float = STANDING, frames: 
 
 def turn(axis: np.ndarray, radians: float) -> np.ndarray:
     """Return one quaternion."""
-    return about_axis(axis, np.array(radians))
+    return from_axis_angle(axis, np.array(radians))
 
 
 def sliding(speed: float, z: float = STANDING) -> BodyMotion:
@@ -44,14 +44,14 @@ def sliding(speed: float, z: float = STANDING) -> BodyMotion:
 
 def found(metric: str, motion: BodyMotion, truth: BodyMotion | None = None) -> float:
     """Return one metric of a clip."""
-    return artefacts(motion, truth)[metric]
+    return artefact_metrics(motion, truth)[metric]
 
 
 def test_standing_still_is_flawless() -> None:
     """Standing on the ground has contacts and no artefact."""
     still = clip(path())
-    assert foot_contacts(still).all()
-    assert artefacts(still) == pytest.approx(dict.fromkeys(artefacts(still), 0.0), abs=1e-9)
+    assert low_feet(still).all()
+    assert artefact_metrics(still) == pytest.approx(dict.fromkeys(artefact_metrics(still), 0.0), abs=1e-9)
 
 
 def test_foot_slides_at_20_cm_per_second() -> None:
@@ -75,7 +75,7 @@ def test_turning_foot_skates_by_its_lowest_corner() -> None:
     """
     a = 0.5 * np.arange(FRAMES) / 60.0
     x, z = 0.06 * np.cos(a) - 0.08 * np.sin(a), 0.06 * np.sin(a) + 0.08 * np.cos(a) + 0.86
-    one = clip(path(x, z), foot_l=about_axis(Y, -a), shin_r=turn(Y, np.pi / 2))
+    one = clip(path(x, z), foot_l=from_axis_angle(Y, -a), shin_r=turn(Y, np.pi / 2))
     assert found("foot_skate", one) == pytest.approx(0.0, abs=1e-9)
 
 
@@ -120,10 +120,10 @@ def test_crossed_thighs_overlap_by_3_cm() -> None:
     """
     tilt = np.where(np.arange(FRAMES) < FRAMES // 2, np.arcsin(0.1), 0.0)
     bent = turn(Y, np.pi / 2)
-    left, right = (multiply(about_axis(X, s * -tilt), np.tile(turn(Z, s * -np.pi / 2), (FRAMES, 1))) for s in (1.0, -1.0))
+    left, right = (multiply(from_axis_angle(X, s * -tilt), np.tile(turn(Z, s * -np.pi / 2), (FRAMES, 1))) for s in (1.0, -1.0))
     crossed = clip(path(), thigh_l=left, thigh_r=right, shin_l=bent, shin_r=bent)
-    assert overlaps(crossed)[: FRAMES // 2] == pytest.approx(0.03, abs=1e-6)
-    values = artefacts(crossed)
+    assert self_penetration_depths(crossed)[: FRAMES // 2] == pytest.approx(0.03, abs=1e-6)
+    values = artefact_metrics(crossed)
     assert values["self_penetration"] == 0.5
     assert values["self_penetration_depth"] == pytest.approx(15.0, abs=1e-3)
 
@@ -146,7 +146,7 @@ def test_forearm_2_cm_inside_the_chest() -> None:
     upper_arm = Rotation.from_matrix(np.stack([np.cross(along, axis), along, axis], axis=1)).as_quat(scalar_first=True)
     bend = turn(Z, np.arccos(along @ across))
     touching = clip(path(), upper_arm_l=upper_arm, forearm_l=bend)
-    assert overlaps(touching) == pytest.approx(0.02, abs=1e-6)
+    assert self_penetration_depths(touching) == pytest.approx(0.02, abs=1e-6)
     assert found("self_penetration", touching) == 1.0
     assert found("self_penetration_depth", touching) == pytest.approx(20.0, abs=1e-3)
 
@@ -171,28 +171,28 @@ def test_distances() -> None:
     """A shift of 5 cm moves all 20 joints; an elbow bent by 90 degrees moves the hand alone by 0.25 sqrt 2 m, a 20th of it on average."""
     still = clip(path())
     shifted, bent = clip(path(0.05)), clip(path(), forearm_l=turn(Z, -np.pi / 2))
-    assert distance_world(shifted, still) == pytest.approx(50.0)
-    assert distance_local(shifted, still) == pytest.approx(0.0, abs=1e-9)
-    assert distance_local(bent, still) == pytest.approx(1e3 * 0.25 * np.sqrt(2.0) / 20.0)
+    assert mean_distance_world_mm(shifted, still) == pytest.approx(50.0)
+    assert mean_distance_local_mm(shifted, still) == pytest.approx(0.0, abs=1e-9)
+    assert mean_distance_local_mm(bent, still) == pytest.approx(1e3 * 0.25 * np.sqrt(2.0) / 20.0)
 
 
 def test_artefacts_names_what_it_was_given() -> None:
     """Errors against the truth and deviations from the original appear only with a truth and an original."""
     still, shifted = clip(path()), clip(path(0.05))
-    assert not [key for key in artefacts(still) if key.startswith(("truth", "deviation"))]
-    values = artefacts(shifted, truth=still, original=shifted)
+    assert not [key for key in artefact_metrics(still) if key.startswith(("truth", "deviation"))]
+    values = artefact_metrics(shifted, truth=still, original=shifted)
     assert values["truth_error_world"] == pytest.approx(50.0)
     assert values["deviation_world"] == 0.0
-    assert artefacts(still, truth=still).keys() == artefacts(still).keys()  # the truth has no error against itself
+    assert artefact_metrics(still, truth=still).keys() == artefact_metrics(still).keys()  # the truth has no error against itself
 
 
 def test_unequal_clips_are_refused() -> None:
     """Another length or rate cannot be compared, and the message says which."""
     still = clip(path())
     with pytest.raises(ValueError, match="60 frames at 60 fps, test 30 at 60"):
-        distance_world(still, still.cut(0, 30))
+        mean_distance_world_mm(still, still.cut(0, 30))
     with pytest.raises(ValueError, match="at 30"):
-        distance_world(still, replace(still, fps=30.0))
+        mean_distance_world_mm(still, replace(still, fps=30.0))
 
 
 def test_tracks_say_when() -> None:
@@ -203,15 +203,15 @@ def test_tracks_say_when() -> None:
     """
     moving = np.arange(FRAMES) >= FRAMES // 2
     root = path(np.cumsum(0.2 / 60.0 * moving), np.where(np.arange(FRAMES) == FRAMES - 1, STANDING + 0.03, STANDING))
-    tracks = track_artefacts(clip(root, shin_r=turn(Y, np.pi / 2)))
+    tracks = compute_artefact_tracks(clip(root, shin_r=turn(Y, np.pi / 2)))
     standing = np.arange(FRAMES) < FRAMES - 1
     assert tracks.contacts.tolist() == [[stands, False] for stands in standing]
-    assert tracks.standing[:, 0].tolist() == [False, *standing[1:]]
+    assert tracks.sustained_contacts[:, 0].tolist() == [False, *standing[1:]]
     np.testing.assert_allclose(tracks.foot_speed, 0.2 * np.stack([moving, moving], axis=1), atol=1e-12)
     np.testing.assert_allclose(tracks.foot_height[:-1], np.tile([0.0, 0.29], (FRAMES - 1, 1)), atol=1e-12)
     np.testing.assert_allclose(tracks.lowest, np.where(standing, 0.0, 0.03), atol=1e-12)
-    assert np.isnan(tracks.overhang).tolist() == [not stands for stands in standing]
-    assert tracks.overlap.shape == tracks.flight.shape == (FRAMES,)
+    assert np.isnan(tracks.com_overhang).tolist() == [not stands for stands in standing]
+    assert tracks.penetration_depth.shape == tracks.is_airborne.shape == (FRAMES,)
     assert tracks.jerk.shape == (FRAMES - 3,)
 
 
@@ -223,20 +223,20 @@ def test_overhang_is_the_distance_from_the_nearest_edge_of_the_feet() -> None:
     of mass at (0.067 x 0.02 + 2 x 0.010 x 0.035 + 2 x 0.002 x 0.165) / 1.002 = 0.0027 / 1.002 m. The nearest edge is the rear one.
     """
     centre = 0.0027 / 1.002
-    assert track_artefacts(clip(path())).overhang == pytest.approx(-(0.06 + centre), rel=1e-3)
+    assert compute_artefact_tracks(clip(path())).com_overhang == pytest.approx(-(0.06 + centre), rel=1e-3)
 
 
 def test_rule_and_force_agree_in_shares() -> None:
     """Of four feet two agree; one is low without a load, one is loaded without being low. Half of them carry."""
     force = np.array([[True, False], [True, False]])
     height = np.array([[True, True], [False, False]])
-    assert agreement(force, height) == {"agree": 0.5, "height_alone": 0.25, "force_alone": 0.25, "commoner": 0.5}
-    assert agreement(force[:0], height[:0]) == {}
+    assert contact_agreement(force, height) == {"agree": 0.5, "height_alone": 0.25, "force_alone": 0.25, "commoner": 0.5}
+    assert contact_agreement(force[:0], height[:0]) == {}
     with pytest.raises(ValueError, match="should be equal"):
-        agreement(force, height[:1])
+        contact_agreement(force, height[:1])
 
 
 def test_a_clip_of_one_frame_has_no_speed_and_no_jitter() -> None:
     """Nothing moves within one frame; what a pose shows is still measured."""
-    values = artefacts(clip(path(z=STANDING + 0.03, frames=1)))
+    values = artefact_metrics(clip(path(z=STANDING + 0.03, frames=1)))
     assert (values["floating"], values["foot_skate"], values["skating_ratio"], values["jitter"]) == (pytest.approx(30.0), 0.0, 0.0, 0.0)

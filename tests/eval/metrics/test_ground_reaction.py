@@ -5,24 +5,24 @@ import pytest
 
 from datasets.library.motion_library import MotionLibrary
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import MASS
+from datasets.motion.humanoid import TOTAL_MASS_KG
 from envs.physics.inverse_dynamics import with_feed_forward
-from envs.physics.mujoco_cpu import FilmedPhysics
-from eval.metrics.ground_reaction import carried, foot_loads
+from envs.physics.mujoco_cpu import RecordingPhysics
+from eval.metrics.ground_reaction import contacts_from_loads, foot_loads
 from tests.builders import STANDING, posed
 
-WEIGHT = 9.81 * MASS
+WEIGHT = 9.81 * TOTAL_MASS_KG
 
 
 def loads_of(motion: BodyMotion, steps: int = 15) -> np.ndarray:
     """Return what the feet carry after a body stood in a pose for so many control steps, in its last ten frames, shape (10, 2)."""
-    library = with_feed_forward(MotionLibrary.of([motion]))
+    library = with_feed_forward(MotionLibrary.from_clips([motion]))
     assert library.feed_forward is not None
-    physics, film = FilmedPhysics(1), []
+    physics, film = RecordingPhysics(1), []
     physics.reset(np.arange(1), library.start_pose[2:3], np.zeros((1, 49)))
     for _ in range(steps):
         physics.step(library.at(np.array([2])).observed.hinges + library.feed_forward[2:3])
-        film += physics.film
+        film += physics.substates
     poses, velocities, targets = (np.concat(parts[-10:]) for parts in zip(*film, strict=True))
     return foot_loads(poses, velocities, targets)
 
@@ -45,4 +45,4 @@ def test_in_the_air_nothing_is_carried() -> None:
 
 def test_what_counts_as_a_contact() -> None:
     # 0.05 of 706.32 N are 35.316 N.
-    assert carried(np.array([[35.31, 35.32], [0.0, 700.0]])).tolist() == [[False, True], [False, True]]
+    assert contacts_from_loads(np.array([[35.31, 35.32], [0.0, 700.0]])).tolist() == [[False, True], [False, True]]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from datasets.motion.rotation import about_axis
+from datasets.motion.rotation import from_axis_angle
 from eval.metrics.lower_body import (
     body_movement,
     contact_accuracy,
@@ -19,7 +19,7 @@ X, Y = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
 
 def turned(axis: np.ndarray, *degrees: float) -> np.ndarray:
     """Return rotations about an axis, shape (T, 1, 4)."""
-    return about_axis(np.tile(axis, (len(degrees), 1)), np.radians(degrees))[:, None]
+    return from_axis_angle(np.tile(axis, (len(degrees), 1)), np.radians(degrees))[:, None]
 
 
 def test_contact_accuracy_is_the_share_of_right_labels() -> None:

@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 
 from eval.metrics.root_path import (
-    distance,
+    displacement_errors,
     distance_ratio,
     drift,
     e_mse,
     end_error,
-    error_after,
-    frame_errors,
-    motionless,
+    error_after_travel,
+    fixed_windows,
+    path_length,
+    stationary_path,
     travelling_windows,
-    windows,
 )
 
 
@@ -24,8 +24,8 @@ def straight(speed: float, seconds: float, fps: float = 100.0) -> np.ndarray:
 
 
 def test_windows_are_ten_seconds_or_the_whole_shorter_clip() -> None:
-    assert list(windows(2500, 100.0)) == [slice(0, 1000), slice(1000, 2000)]  # the last 5 s fill no window
-    assert list(windows(700, 100.0)) == [slice(0, 700)]
+    assert list(fixed_windows(2500, 100.0)) == [slice(0, 1000), slice(1000, 2000)]  # the last 5 s fill no window
+    assert list(fixed_windows(700, 100.0)) == [slice(0, 700)]
 
 
 def test_all_windows_of_a_clip_that_travels_count_and_none_of_another() -> None:
@@ -42,8 +42,8 @@ def test_e_mse_is_the_mean_square_over_three_coordinates() -> None:
 
 def test_a_motionless_root_errs_by_the_whole_way() -> None:
     truth = straight(1.0, 4.0)
-    still = motionless(truth)
-    assert (drift(still, truth), end_error(still, truth), distance(still)) == (pytest.approx(1.0), pytest.approx(4.0), 0.0)
+    still = stationary_path(truth)
+    assert (drift(still, truth), end_error(still, truth), path_length(still)) == (pytest.approx(1.0), pytest.approx(4.0), 0.0)
 
 
 def test_drift_is_the_error_at_the_end_over_the_way() -> None:
@@ -65,9 +65,9 @@ def test_errors_of_frames_are_along_the_axes_of_the_pelvis() -> None:
     path = np.array([[0.0, 0.0, 1.1], [0.0, 1.2, 1.3], [0.0, 2.1, 1.0]])
     heading = np.array([np.pi / 2.0, 0.0, 0.0])
     # steps are (0, 1.2, 0.2) and (0, 0.9, -0.3), so 0.2 too far along y, which is ahead, then 0.1 too short along y, which is to the left
-    np.testing.assert_allclose(frame_errors(path, truth, heading), [[0.2, 0.0, 0.2], [0.0, -0.1, -0.3]], atol=1e-12)
+    np.testing.assert_allclose(displacement_errors(path, truth, heading), [[0.2, 0.0, 0.2], [0.0, -0.1, -0.3]], atol=1e-12)
     # the heights themselves are 0.3 and 0.0 too much
-    np.testing.assert_allclose(frame_errors(path, truth, heading, absolute_height=True)[:, 2], [0.3, 0.0], atol=1e-12)
+    np.testing.assert_allclose(displacement_errors(path, truth, heading, absolute_height=True)[:, 2], [0.3, 0.0], atol=1e-12)
 
 
 def test_error_after_metres_starts_at_every_frame() -> None:
@@ -75,6 +75,6 @@ def test_error_after_metres_starts_at_every_frame() -> None:
     path = truth.copy()
     path[:, 1] = [0.0, 0.0, 1.0, 1.0, 1.0]  # one step to the left, from frame 1 to 2
     # after 2 m: from frame 0 and 1 on 1 m off, from frame 2 on nothing; after 4 m: from frame 0 on 1 m
-    assert error_after(path, truth, 2.0) == pytest.approx(2.0 / 3.0)
-    assert error_after(path, truth, 4.0) == pytest.approx(1.0)
-    assert np.isnan(error_after(path, truth, 5.0))
+    assert error_after_travel(path, truth, 2.0) == pytest.approx(2.0 / 3.0)
+    assert error_after_travel(path, truth, 4.0) == pytest.approx(1.0)
+    assert np.isnan(error_after_travel(path, truth, 5.0))

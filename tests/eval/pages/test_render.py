@@ -10,7 +10,7 @@ import pytest
 
 from datasets.motion.humanoid import HINGE_NAMES
 from eval.pages import render
-from eval.pages.render import AGENT_COLOUR, LOST_COLOUR, REFERENCE_COLOUR, encode_mp4, poses, render_pair, save_picture
+from eval.pages.render import AGENT_COLOUR, LOST_COLOUR, REFERENCE_COLOUR, encode_mp4, motion_to_qpos, render_pair, save_strip
 from tests.builders import posed
 
 SIZE = (160, 96)
@@ -21,7 +21,7 @@ def clip() -> np.ndarray:
     """Return the poses of one standing second."""
     if not render.can_render():
         pytest.skip(render.INSTALL_HINT)
-    return poses(posed({"upper_arm_l_x": -60.0, "upper_arm_r_x": 60.0}, frames=61))
+    return motion_to_qpos(posed({"upper_arm_l_x": -60.0, "upper_arm_r_x": 60.0}, frames=61))
 
 
 def share_of(colour: tuple[float, ...], picture: np.ndarray) -> float:
@@ -33,7 +33,7 @@ def share_of(colour: tuple[float, ...], picture: np.ndarray) -> float:
 
 
 def test_poses_are_root_then_hinges() -> None:
-    found = poses(posed({"shin_l_y": 30.0}, frames=2, height=1.5))
+    found = motion_to_qpos(posed({"shin_l_y": 30.0}, frames=2, height=1.5))
     expected = np.zeros((2, 50))
     expected[:, 2], expected[:, 3] = 1.5, 1.0  # 1.5 m up, not turned
     expected[:, 7 + HINGE_NAMES.index("shin_l_y")] = np.pi / 6
@@ -88,7 +88,7 @@ def test_a_video_comes_back_with_its_frames(clip: np.ndarray, tmp_path: Path) ->
 def test_a_strip_of_pictures_is_written(clip: np.ndarray, tmp_path: Path) -> None:
     moved = clip.copy()
     moved[:, 2] += 0.5
-    save_picture(tmp_path / "strip.png", clip, moved, moments=3, size=(300, 100))
+    save_strip(tmp_path / "strip.png", clip, moved, moments=3, size=(300, 100))
     picture = mediapy.read_image(tmp_path / "strip.png")
     assert picture.shape == (100, 300, 3)
     for third in np.split(picture, 3, axis=1):
@@ -100,4 +100,4 @@ def test_no_way_to_render_is_said_plainly(monkeypatch: pytest.MonkeyPatch) -> No
     assert not render._works("no such way")
     monkeypatch.setattr(render, "can_render", lambda: False)
     with pytest.raises(RuntimeError, match="apt install"):
-        render.Stage(64, 64, 45.0)
+        render.SceneRenderer(64, 64, 45.0)

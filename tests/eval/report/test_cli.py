@@ -16,25 +16,33 @@ from configs.errors import InputError
 from configs.load import save_config
 from datasets.formats.bvh import write_bvh
 from datasets.library.motion_library import ClipInfo, MotionLibrary
-from datasets.library.sources import Recorded
+from datasets.library.sources import SourceMotion
 from datasets.motion.clip import BodyMotion
 from envs.mimic.spec import MimicSpec
-from eval.metrics.rollout_motion import Comparison, Performance, as_motion, compare, mean_over_clips, perform, weighted_mean
-from eval.metrics.tracking import ClipTracking, grouped, lasting, summarise
+from eval.metrics.rollout_motion import (
+    ArtefactComparison,
+    RolloutMotion,
+    compare_artefacts,
+    mean_over_clips,
+    mean_over_windows,
+    qpos_to_motion,
+    simulate_rollouts,
+)
+from eval.metrics.tracking import ClipTracking, group_clips, summarise, survival_shares
 from eval.pages.artefact_plots import PANELS
-from eval.pages.render import can_render, poses, render_pair
+from eval.pages.render import can_render, motion_to_qpos, render_pair
 from eval.report import cli as report
 from eval.report import test_clips as tested_clips
 from eval.report import videos as films
-from eval.report.data import make_report
-from eval.report.evaluate import Track
+from eval.report.data import collect_report
+from eval.report.evaluate import ClipResults
 from eval.report.test_clips import choose_clips
 from eval.runs.trained_run import load_run
 from eval.runs.training_curves import read_curves
 from tests.builders import as_bvh, posed
 from trainers.algorithms.ppo_config import NetworkConfig, PpoConfig
 from trainers.data.motion_config import DataConfig
-from trainers.evaluation.protocol import play, protocol, zero_residual
+from trainers.evaluation.protocol import evaluate_rollouts, evaluation_rollouts, zero_residual
 
 SPEC = MimicSpec()
 CARD = {"clips": ["stand_1", "stand_2#1"], "performers": ["ann"], "held_out": "bob"}
@@ -98,22 +106,22 @@ def test_means_and_deviations_are_over_all_rollouts() -> None:
 
 def test_clips_are_grouped_with_their_suited_twins() -> None:
     one, two, suited = (tracking(*args, 300, [1.0]) for args in (("a", "walk"), ("b", "run"), ("a_suit", "walk")))
-    found = grouped([one, two], [suited], lambda clip: clip.kind)
+    found = group_clips([one, two], [suited], lambda clip: clip.kind)
     assert found == {"run": ([two], []), "walk": ([one], [suited])}
 
 
 def test_shares_of_running_rollouts() -> None:
     # References of 5 s and 2 s. Rollouts last 5 s and 2.5 s of the first, 2 s of the second.
     parts = [tracking("a", "walk", 300, [1.0, 0.5]), tracking("b", "walk", 120, [1.0])]
-    shares = lasting(parts, False, np.array([0.0, 2.0, 2.5, 3.0, 5.0, 6.0]), 60.0)
+    shares = survival_shares(parts, False, np.array([0.0, 2.0, 2.5, 3.0, 5.0, 6.0]), 60.0)
     np.testing.assert_allclose(shares, [1.0, 1.0, 1.0, 0.5, 0.5, np.nan])
     # The zero residual lasts 2.5 s, 1.25 s and 1 s; at 2 s all three references still run, at 2.5 s two.
-    np.testing.assert_allclose(lasting(parts, True, np.array([1.0, 2.0, 2.5, 3.0]), 60.0), [1.0, 1 / 3, 1 / 2, 0.0])
+    np.testing.assert_allclose(survival_shares(parts, True, np.array([1.0, 2.0, 2.5, 3.0]), 60.0), [1.0, 1 / 3, 1 / 2, 0.0])
 
 
 def test_artefacts_are_weighted_by_frames_in_a_clip_and_equally_over_clips() -> None:
-    windows = [Comparison({"jitter": 1.0}, {"jitter": 5.0}, {}, 100), Comparison({"jitter": 4.0}, {"jitter": 8.0}, {}, 200)]
-    clip = weighted_mean(windows)
+    windows = [ArtefactComparison({"jitter": 1.0}, {"jitter": 5.0}, {}, 100), ArtefactComparison({"jitter": 4.0}, {"jitter": 8.0}, {}, 200)]
+    clip = mean_over_windows(windows)
     # (1 + 2 x 4) / 3, (5 + 2 x 8) / 3
     assert clip == {"before": {"jitter": pytest.approx(3.0)}, "after": {"jitter": pytest.approx(7.0)}, "truth": {}}
     over = mean_over_clips([clip, {"before": {"jitter": 1.0}, "after": {"jitter": 1.0}, "truth": {"jitter": 0.5}}])
@@ -123,11 +131,11 @@ def test_artefacts_are_weighted_by_frames_in_a_clip_and_equally_over_clips() -> 
 
 
 def test_a_performance_is_what_the_protocol_measured() -> None:
-    library = MotionLibrary.of([standing("a", 180)])
-    rollouts, _ = protocol(library, every=10)
+    library = MotionLibrary.from_clips([standing("a", 180)])
+    rollouts, _ = evaluation_rollouts(library, offset_step=10)
     act = zero_residual(SPEC)
-    performances = perform(act, library, SPEC, rollouts, 1)
-    measured = play(act, library, SPEC, rollouts, 1)["episode_length_ratio"]
+    performances = simulate_rollouts(act, library, SPEC, rollouts, 1)
+    measured = evaluate_rollouts(act, library, SPEC, rollouts, 1)["episode_length_ratio"]
     assert [one.frame for one in performances] == [0, 10]
     for one, ratio in zip(performances, measured, strict=True):
         assert one.poses.shape == (81, 50)  # 160 frames of reference are 80 steps
@@ -137,49 +145,49 @@ def test_a_performance_is_what_the_protocol_measured() -> None:
 
 def test_who_performs_the_clip_itself_deviates_by_nothing() -> None:
     clip = standing("a", 181)
-    performance = Performance(0, 20, poses(clip)[20::2], survived=40)
-    found = compare(performance, clip, None)
+    performance = RolloutMotion(0, 20, motion_to_qpos(clip)[20::2], survived=40)
+    found = compare_artefacts(performance, clip, None)
     assert found is not None
     assert found.frames == 79  # 40 poses span 39 steps of two frames
     assert found.after["deviation_world"] == pytest.approx(0.0, abs=1e-6)
     assert "deviation_world" not in found.before
     assert found.after["floating"] == pytest.approx(found.before["floating"], abs=1e-6)
-    assert compare(performance._replace(survived=3), clip, None) is None
+    assert compare_artefacts(performance._replace(survived=3), clip, None) is None
 
 
 def test_the_truth_is_put_where_the_window_begins_but_keeps_its_height() -> None:
     clip = standing("a", 121)
     truth = replace(clip, root_position=clip.root_position + np.array([3.0, -4.0, 0.1]))
-    found = compare(Performance(0, 0, poses(clip)[::2], survived=61), clip, truth)
+    found = compare_artefacts(RolloutMotion(0, 0, motion_to_qpos(clip)[::2], survived=61), clip, truth)
     assert found is not None
     assert found.before["truth_error_world"] == pytest.approx(100.0)  # mm: 5 m over the ground are forgiven, 0.1 m of height not
     assert found.after["truth_error_world"] == pytest.approx(100.0)
 
 
 def test_poses_become_a_clip_at_60_fps() -> None:
-    found = as_motion(poses(standing("a", 61))[::2], standing("like"))
+    found = qpos_to_motion(motion_to_qpos(standing("a", 61))[::2], standing("like"))
     assert (len(found), found.fps, found.name) == (61, 60.0, "like")
     np.testing.assert_allclose(found.local_rotations, standing("a", 61).local_rotations, atol=1e-9)
 
 
 def test_short_clips_and_stairs_are_left_out_and_named(monkeypatch: pytest.MonkeyPatch) -> None:
     clips = [standing("ok", 120), standing("short", 119), standing("up", kind="stairs"), standing("suit", system="imu")]
-    monkeypatch.setattr(tested_clips, "_find", lambda *_: ("here", [Recorded(clip) for clip in clips]))
+    monkeypatch.setattr(tested_clips, "_find", lambda *_: ("here", [SourceMotion(clip) for clip in clips]))
     found = choose_clips(DataConfig(), CARD, None, lambda _: None)
     assert [clip.name for clip in found.recorded] == ["ok", "suit"]
     assert found.left_out == {"short": "lasts 1.98 s, under 2 s", "up": "stairs: the simulated ground is flat"}
     assert [clip.name for clip in found.suited] == ["ok_suit"]  # a suit's own recording is no truth for another
     assert found.truths == [clips[0]]
-    monkeypatch.setattr(tested_clips, "_find", lambda *_: ("here", [Recorded(clip) for clip in clips[1:3]]))
+    monkeypatch.setattr(tested_clips, "_find", lambda *_: ("here", [SourceMotion(clip) for clip in clips[1:3]]))
     with pytest.raises(InputError, match="none of 2 clips is on flat ground and at least 2 s long"):
         choose_clips(DataConfig(), CARD, None, lambda _: None)
 
 
 def test_what_training_saw_is_marked(monkeypatch: pytest.MonkeyPatch) -> None:
     clips = [standing("stand_1"), standing("stand_2"), standing("x", performer="ann"), standing("y", performer="bob"), standing("z")]
-    monkeypatch.setattr(tested_clips, "_find", lambda *_: ("here", [Recorded(clip) for clip in clips]))
+    monkeypatch.setattr(tested_clips, "_find", lambda *_: ("here", [SourceMotion(clip) for clip in clips]))
     found = choose_clips(DataConfig(), CARD, None, lambda _: None)
-    assert found.seen == {"stand_1": "training", "stand_2": "training", "x": "training", "y": "model selection"}
+    assert found.seen_in == {"stand_1": "training", "stand_2": "training", "x": "training", "y": "model selection"}
 
 
 def test_by_default_the_clips_of_the_held_out_performer_are_tested(tmp_path: Path) -> None:
@@ -195,11 +203,11 @@ def test_by_default_the_clips_of_the_held_out_performer_are_tested(tmp_path: Pat
 def test_a_run_on_synthetic_motion_is_tested_on_other_synthetic_performers(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
 
-    def make(source: str, *_: Any, seed: int = 0) -> list[Recorded]:
+    def make(source: str, *_: Any, seed: int = 0) -> list[SourceMotion]:
         asked.append((source, seed))
-        return [Recorded(standing("made"))]
+        return [SourceMotion(standing("made"))]
 
-    monkeypatch.setattr(tested_clips, "load_recordings", make)
+    monkeypatch.setattr(tested_clips, "load_source_motions", make)
     choose_clips(DataConfig(seed=7), CARD, None, lambda _: None)
     choose_clips(DataConfig(seed=7), CARD, ["synthetic"], lambda _: None)
     assert asked == [("synthetic", 1007), ("synthetic", 1007)]
@@ -270,10 +278,10 @@ def test_without_a_way_to_render_the_report_says_what_to_install(
 
 def test_a_report_without_suited_clips_is_whole(run_folder: Path) -> None:
     run = load_run(run_folder)
-    clips = tested_clips.TestedClips("here", [standing("a")], [], [], {}, {}, {})
+    clips = tested_clips.EvaluationClips("here", [standing("a")], [], [], {}, {}, {})
     results = [tracking("a", "walk", 160, [1.0])]
-    recorded = Track(clips.recorded, results, [], {}, 0.0)
-    found = make_report(run, clips, recorded, Track([], [], [], {}, 0.0), 1.0)
+    recorded = ClipResults(clips.recorded, results, [], {}, 0.0)
+    found = collect_report(run, clips, recorded, ClipResults([], [], [], {}, 0.0), 1.0)
     assert found["tracking_suit"] == {}
     assert found["artefacts"] == {"before": {}, "after": {}, "truth": {}}
     assert found["by_kind"]["walk"]["tracking"]["sr90"] == {"mean": 1.0, "std": 0.0}

@@ -10,7 +10,7 @@ import pytest
 from configs.errors import InputError
 from eval.runs import training_pool
 from eval.runs.training_pool import train_all
-from eval.runs.training_spec import SUPERVISED, Training
+from eval.runs.training_spec import ROOT_PROGRAM, Training
 from tests.eval.study.root.root_study_parts import leave
 from trainers.runs.run_log import make_console
 from trainers.supervised.root_config import RootConfig
@@ -21,7 +21,7 @@ RootTraining = Training[RootConfig]
 @pytest.fixture
 def training(tmp_path: Path) -> RootTraining:
     """Return a training of 1000 windows."""
-    return Training(SUPERVISED, "planar", ("samples=1000", "data.kinds=[run,walk]"), "one", tmp_path / "runs")
+    return Training(ROOT_PROGRAM, "planar", ("samples=1000", "data.kinds=[run,walk]"), "one", tmp_path / "runs")
 
 
 def runs(monkeypatch: pytest.MonkeyPatch, program: Callable[[RootTraining], str]) -> None:

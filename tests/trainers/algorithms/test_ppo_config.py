@@ -27,8 +27,8 @@ def test_data(field: str, value: object, message: str) -> None:
 
 @pytest.mark.parametrize("value", [-0.1, float("nan")])
 def test_assist(value: float) -> None:
-    with pytest.raises(InputError, match=r"collect\.assist is .*, should be 0 or more \[body weights\]"):
-        CollectConfig(assist=value)
+    with pytest.raises(InputError, match=r"collect\.assist_force_bw is .*, should be 0 or more \[body weights\]"):
+        CollectConfig(assist_force_bw=value)
 
 
 @pytest.mark.parametrize(
@@ -54,4 +54,4 @@ def test_mujoco_warp_needs_no_actors() -> None:
 def test_the_thesis_s_setting_is_the_default() -> None:
     # The faulty track is rewarded, nothing is added, nobody helps.
     data = DataConfig()
-    assert (data.rewarded, data.mirror, data.synthetic, CollectConfig().assist) == ("observed", False, 0, 0.0)
+    assert (data.reward_target, data.mirror, data.synthetic_sets, CollectConfig().assist_force_bw) == ("observed", False, 0, 0.0)

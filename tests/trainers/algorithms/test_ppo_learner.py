@@ -11,7 +11,7 @@ from tests.trainers.conftest import standing
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.algorithms.ppo_learner import PpoLearner
 from trainers.algorithms.rollout import Rollout, Step
-from trainers.collectors.cpu_collector import RolloutActor
+from trainers.collectors.cpu_collector import CpuCollector
 
 
 def learner_of(config: PpoConfig) -> PpoLearner:
@@ -22,8 +22,8 @@ def collected(config: PpoConfig, horizon: int) -> tuple[Rollout, PpoLearner, lis
     """Return a rollout, the learner whose weights acted, and the true last observations of truncated episodes."""
     learner = learner_of(config)
     config = replace(config, collect=replace(config.collect, horizon=horizon))
-    library = MotionLibrary.of([standing("short", "bob", 130)])
-    actor = RolloutActor(config, 0, 0, library.clips, library.arrays(), library.fps, np.ones(1))
+    library = MotionLibrary.from_clips([standing("short", "bob", 130)])
+    actor = CpuCollector(config, 0, 0, library.clips, library.arrays(), library.fps, np.ones(1))
     step, cut_short = actor.env.step, []
 
     def listening(actions: np.ndarray) -> tuple:
@@ -56,7 +56,7 @@ def test_targets_by_hand(tiny: PpoConfig) -> None:
         truncated=cut,
     )
     rollout = Rollout(steps, next_values=np.array([[3, 6], [8, 0]], np.float32), episodes={}, reward_terms={}, physics_failures=0)
-    batch = learner_of(tiny)._batch([rollout.on(torch.device("cpu"))])
+    batch = learner_of(tiny)._batch([rollout.to_device(torch.device("cpu"))])
     assert batch["targets"].tolist() == pytest.approx([2.5, 5.0, 7.0, 4.0])
     # Advantages are targets less values: 1.5, 3, 3, -2, of mean 1.375; squares about it 0.0156 + 2 * 2.6406 + 11.3906 = 16.6875, a third of
     # which is 5.5625, the square of 2.3585.
@@ -79,8 +79,8 @@ def test_the_collector_says_what_the_policy_would_say(tiny: PpoConfig) -> None:
 
 
 def test_a_rollout_goes_on_where_the_last_one_ended(tiny: PpoConfig) -> None:
-    library = MotionLibrary.of([standing("one", "ann")])
-    actor = RolloutActor(tiny, 0, 0, library.clips, library.arrays(), library.fps, np.ones(1))
+    library = MotionLibrary.from_clips([standing("one", "ann")])
+    actor = CpuCollector(tiny, 0, 0, library.clips, library.arrays(), library.fps, np.ones(1))
     weights = learner_of(tiny).weights()
     first, second = (actor.collect(weights, 0.1, 0.0) for _ in range(2))
     assert not first.steps.ended[-1].any()

@@ -17,10 +17,10 @@ from tests.trainers.run_comparison import final_state, same, whole_and_in_parts
 from trainers.algorithms import ppo_learner
 from trainers.algorithms.ppo_config import CollectConfig, LearnerConfig, NetworkConfig, PpoConfig
 from trainers.algorithms.ppo_learner import PpoLearner
-from trainers.collectors.gpu_collector import DeviceCollector
-from trainers.evaluation.protocol import play, protocol, zero_residual
+from trainers.collectors.gpu_collector import GpuCollector
+from trainers.evaluation.protocol import evaluate_rollouts, evaluation_rollouts, zero_residual
 from trainers.ppo import cli as ppo
-from trainers.ppo.workers import crew
+from trainers.ppo.workers import build_workers
 
 
 @pytest.fixture
@@ -33,8 +33,8 @@ def warp(tiny: PpoConfig) -> PpoConfig:
 def test_the_collector_says_what_the_policy_would_say(tiny: PpoConfig, device: torch.device) -> None:
     # The clip ends after 65 control steps at most, so that each of four worlds is cut short at least once in 80 unless it falls.
     config = replace(tiny, physics="warp", device=device.type, collect=replace(tiny.collect, horizon=80))
-    library = MotionLibrary.of([standing("short", "bob", 130)])
-    learner, collector = PpoLearner(config), DeviceCollector(config, library, np.ones(1))
+    library = MotionLibrary.from_clips([standing("short", "bob", 130)])
+    learner, collector = PpoLearner(config), GpuCollector(config, library, np.ones(1))
     step, last = collector.env.step, []
 
     def listening(actions: torch.Tensor) -> tuple:
@@ -61,8 +61,8 @@ def test_the_collector_says_what_the_policy_would_say(tiny: PpoConfig, device: t
 
 
 def test_a_rollout_goes_on_where_the_last_one_ended(warp: PpoConfig) -> None:
-    library = MotionLibrary.of([standing("one", "ann")])
-    collector = DeviceCollector(warp, library, np.ones(1))
+    library = MotionLibrary.from_clips([standing("one", "ann")])
+    collector = GpuCollector(warp, library, np.ones(1))
     weights = PpoLearner(warp).weights()
     first, second = (collector.collect_and_report(weights, 0.1, 0.0)[0] for _ in range(2))
     assert not first.steps.ended[-1].any()
@@ -119,7 +119,7 @@ def test_actors_are_not_asked_for(warp: PpoConfig, capsys: pytest.CaptureFixture
 
 def test_a_short_training_learns_and_its_policy_is_used_on_the_cpu() -> None:
     # A T-pose that sways: uncorrected it falls after two thirds of an episode. 31,000 samples.
-    library = MotionLibrary.of([standing("one", "ann", 300)])
+    library = MotionLibrary.from_clips([standing("one", "ann", 300)])
     config = PpoConfig(
         task=MimicSpec(frame="heading", com_error=True, com_height=True),
         network=NetworkConfig(hidden=(128, 64)),
@@ -128,11 +128,11 @@ def test_a_short_training_learns_and_its_policy_is_used_on_the_cpu() -> None:
         physics="warp",
         device="cpu",
     )
-    with crew(config, library, np.ones(1)) as (learner, pool):
+    with build_workers(config, library, np.ones(1)) as (learner, pool):
         for _ in range(30):
-            learner.update(pool.collect(learner.weights(), config.learner.sigma).rollouts, 0.0)
-        rollouts, _ = protocol(library)
+            learner.update(pool.collect(learner.weights(), config.learner.action_std).rollouts, 0.0)
+        rollouts, _ = evaluation_rollouts(library)
         acts = (zero_residual(config.task), learner.policy.act)
-        before, after = (play(act, library, config.task, rollouts, 2)["episode_length_ratio"].mean() for act in acts)
+        before, after = (evaluate_rollouts(act, library, config.task, rollouts, 2)["episode_length_ratio"].mean() for act in acts)
     assert before < 0.75
     assert after > 0.9

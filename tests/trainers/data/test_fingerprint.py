@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from configs.source_code import PACKAGES, ROOT, imported_files
-from datasets.library.sources import SYNTHETIC
+from configs.source_code import PACKAGES, PROJECT_ROOT, imported_files
+from datasets.library.sources import SYNTHETIC_SOURCE
 from trainers.data import training_motions as motions
 from trainers.data.fingerprint import fingerprint
 
@@ -15,18 +15,18 @@ from trainers.data.fingerprint import fingerprint
 def copy(tmp_path: Path) -> Path:
     """Return a copy of the project's packages, code alone."""
     for package in PACKAGES:
-        shutil.copytree(ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("*.safetensors", "__pycache__"))
+        shutil.copytree(PROJECT_ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("*.safetensors", "__pycache__"))
     return tmp_path
 
 
 def key(root: Path) -> str:
-    return fingerprint({}, SYNTHETIC, "", motions.__name__, root)
+    return fingerprint({}, SYNTHETIC_SOURCE, "", motions.__name__, root)
 
 
 def test_a_changed_byte_in_any_file_that_prepares_motion_is_another_key(copy: Path) -> None:
     code = {file.relative_to(copy).as_posix() for file in imported_files(motions.__name__, root=copy)}
     before = key(copy)
-    assert before == key(copy) == key(ROOT)  # where the project lies does not count
+    assert before == key(copy) == key(PROJECT_ROOT)  # where the project lies does not count
     for changed in ("retarget.py", "imu_fusion.py", "reconstruct_root.py", "feed_forward.py"):
         file = copy / next(file for file in code if Path(file).name == changed)
         kept = file.read_bytes()

@@ -8,11 +8,11 @@ import pytest
 from agents.root.model import RootModel
 from agents.root.spec import RootSpec
 from datasets.imu.suit_simulation import simulate_suit
-from datasets.library.sources import Recorded
-from datasets.motion.kinematics import body_poses, lowest_points
+from datasets.library.sources import SourceMotion
+from datasets.motion.kinematics import body_poses, lowest_point_heights
 from tests.builders import lively, posed
 from trainers.data import root_reconstruction as roots
-from trainers.data.root_reconstruction import Roots
+from trainers.data.root_reconstruction import RootSource
 
 
 @pytest.fixture
@@ -26,7 +26,7 @@ def still_models(monkeypatch: pytest.MonkeyPatch) -> None:
         head.bias.data.zero_()
         return built
 
-    monkeypatch.setattr(roots, "shipped_root_model", model)
+    monkeypatch.setattr(roots, "load_pretrained_root", model)
 
 
 @pytest.mark.usefixtures("still_models")
@@ -34,7 +34,7 @@ def test_clips_of_suits_and_clips_without_a_root_get_one() -> None:
     said: list[str] = []
     optical, suit = replace(lively(), name="optical", system="optical"), replace(lively(), name="suit", system="imu")
     rootless = replace(lively(1), name="rootless", system="optical", rooted=False)
-    rooted, by = Roots(True, said.append).of_recordings([Recorded(optical), Recorded(suit), Recorded(rootless)])
+    rooted, by = RootSource(True, said.append).apply_to_recordings([SourceMotion(optical), SourceMotion(suit), SourceMotion(rootless)])
     assert rooted[0] is optical
     assert by == {"suit": "root3d_pose", "rootless": "root3d_pose"}
     # Lively flies forward at 4 m/s; what stands for the models says that the root stays.
@@ -44,7 +44,7 @@ def test_clips_of_suits_and_clips_without_a_root_get_one() -> None:
 
 def test_recorded_roots_are_kept() -> None:
     suit = replace(lively(), system="imu")
-    rooted, by = Roots(False, pytest.fail).of_recordings([Recorded(suit)])
+    rooted, by = RootSource(False, pytest.fail).apply_to_recordings([SourceMotion(suit)])
     assert rooted[0] is suit
     assert not by
 
@@ -53,7 +53,9 @@ def test_recorded_roots_are_kept() -> None:
 def test_a_file_with_accelerations_gets_its_root_by_them() -> None:
     suit = replace(lively(), name="suit", system="imu")
     said: list[str] = []
-    _, by = Roots(True, said.append).of_recordings([Recorded(suit, np.zeros((199, 19, 3)))])  # 120 frames at 60 are 199 at 100 fps
+    _, by = RootSource(True, said.append).apply_to_recordings(
+        [SourceMotion(suit, np.zeros((199, 19, 3)))]
+    )  # 120 frames at 60 are 199 at 100 fps
     assert by == {"suit": "root3d"}
     assert said == ["1 clips of IMU suits or without a root get theirs from root3d: suit"]
 
@@ -63,7 +65,7 @@ def test_a_simulated_suit_begins_where_its_truth_begins_with_its_feet_on_the_gro
     bent = posed({"shin_l_y": 10.0}, frames=120)
     clean = replace(bent, root_position=bent.root_position + np.array([3.0, 2.0, 0.0]))
     recording = simulate_suit(clean, seed=0, severity=0.0)
-    clip = Roots(True, pytest.fail).of_suit(recording)
+    clip = RootSource(True, pytest.fail).apply_to_suit(recording)
     np.testing.assert_allclose(clip.root_position[0, :2], [3.0, 2.0], atol=1e-6)
-    assert abs(lowest_points(*body_poses(clip)).min()) < 0.01
-    assert Roots(False, pytest.fail).of_suit(recording) is recording.faulty
+    assert abs(lowest_point_heights(*body_poses(clip)).min()) < 0.01
+    assert RootSource(False, pytest.fail).apply_to_suit(recording) is recording.faulty

@@ -8,7 +8,7 @@ import pytest
 
 from datasets.library import sources
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import HINGE_NAMES, local_rotations
+from datasets.motion.humanoid import HINGE_NAMES, rotations_from_hinges
 from tests.trainers.conftest import standing
 from trainers.data import training_motions as motions
 from trainers.data.motion_config import DataConfig
@@ -26,7 +26,7 @@ def bent(clip: BodyMotion, degrees: float) -> BodyMotion:
     """Return a clip with the left elbow bent."""
     hinges = np.zeros((len(clip), 43))
     hinges[:, ELBOWS[0]] = np.radians(degrees)
-    return replace(clip, local_rotations=local_rotations(clip.local_rotations[:, 0], hinges))
+    return replace(clip, local_rotations=rotations_from_hinges(clip.local_rotations[:, 0], hinges))
 
 
 @pytest.fixture(autouse=True)
@@ -34,7 +34,7 @@ def source(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let every source hold ann, 60 frames with the left elbow bent by 10 degrees, and bob, 70 frames."""
     clips = [bent(standing("one", "ann", 60), 10.0), standing("two", "bob", 70)]
     monkeypatch.setattr(sources, "load_clips", lambda *_, **__: clips)
-    monkeypatch.setattr(motions, "load_recordings", lambda *_, **__: [sources.Recorded(clip) for clip in clips])
+    monkeypatch.setattr(motions, "load_source_motions", lambda *_, **__: [sources.SourceMotion(clip) for clip in clips])
 
 
 def worn(clips: list[BodyMotion], *_: object) -> tuple[list[BodyMotion], list[BodyMotion]]:
@@ -59,16 +59,16 @@ def test_clips_as_recorded_are_their_own_truth_and_are_told_their_torques() -> N
 
 
 def test_of_suits_the_clean_clip_is_rewarded_if_asked(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(motions, "wear_suits", worn)
+    monkeypatch.setattr(motions, "simulate_suits", worn)
     # Clips 2 and 3 are the suits'. As in the thesis the faulty track is rewarded; or the clean one, of 10 degrees.
     assert elbows(DataConfig(), 2) == pytest.approx((40.0, 40.0), abs=1e-3)
-    assert elbows(DataConfig(rewarded="clean"), 2) == pytest.approx((40.0, 10.0), abs=1e-3)
-    assert elbows(DataConfig(rewarded="clean"), 0) == pytest.approx((10.0, 10.0), abs=1e-3)
+    assert elbows(DataConfig(reward_target="clean"), 2) == pytest.approx((40.0, 10.0), abs=1e-3)
+    assert elbows(DataConfig(reward_target="clean"), 0) == pytest.approx((10.0, 10.0), abs=1e-3)
 
 
 def test_mirrored_clips_are_there_a_second_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(motions, "wear_suits", worn)
-    library = build_library(DataConfig(mirror=True, rewarded="clean"), silent)
+    monkeypatch.setattr(motions, "simulate_suits", worn)
+    library = build_library(DataConfig(mirror=True, reward_target="clean"), silent)
     names = ["one", "two", "one_suit", "two_suit"]
     assert [clip.name for clip in library.clips] == [*names, *(f"{name}_mirrored" for name in names)]
     assert [clip.performer for clip in library.clips] == 4 * ["ann", "bob"]
@@ -90,7 +90,7 @@ def test_made_up_people_join_the_real_ones(monkeypatch: pytest.MonkeyPatch) -> N
         return [replace(standing("walk", f"doll {seed}", 80), system="synthetic")]
 
     monkeypatch.setattr(motions, "load_clips", made_up)
-    library = build_library(replace(NOTHING, synthetic=2, seed=5), silent)
+    library = build_library(replace(NOTHING, synthetic_sets=2, seed=5), silent)
     assert seeds == [6, 7]  # others than the source's own
     assert [clip.name for clip in library.clips] == ["one", "two", "walk_1", "walk_2"]
     assert [clip.performer for clip in library.clips] == ["ann", "bob", "doll 6", "doll 7"]

@@ -15,12 +15,12 @@ from pathlib import Path
 
 import pytest
 
-from configs.source_code import ROOT
+from configs.source_code import PROJECT_ROOT
 from tests.trainers.processes import alive, descendants
 from tests.trainers.run_comparison import final_state
 from trainers.runs.checkpoint import load_newest
 
-COLLECTOR = "ray::RolloutActor"
+COLLECTOR = "ray::CpuCollector"
 PATIENCE = 120.0  # s in which a run has to recover
 ROLLOUT = 32  # samples: 4 worlds, 8 steps
 
@@ -56,7 +56,7 @@ class Run:
         command = [sys.executable, "-m", "tests.trainers.small_run", str(self.folder), "samples=100000000", overlap, *resume]
         with (self.folder / f"log.{self.starts}").open("w") as log:
             told = {**os.environ, **environment}
-            self.process = subprocess.Popen(command, cwd=ROOT, stdout=log, stderr=subprocess.STDOUT, text=True, env=told)
+            self.process = subprocess.Popen(command, cwd=PROJECT_ROOT, stdout=log, stderr=subprocess.STDOUT, text=True, env=told)
         self.starts += 1
 
     def said(self) -> str:

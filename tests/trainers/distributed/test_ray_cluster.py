@@ -15,7 +15,7 @@ import ray
 from ray.cluster_utils import Cluster
 
 from configs.errors import InputError
-from configs.source_code import ROOT
+from configs.source_code import PROJECT_ROOT
 from datasets.library.motion_library import MotionLibrary
 from tests.trainers.conftest import standing
 from tests.trainers.processes import descendants
@@ -36,7 +36,7 @@ def head() -> Iterator[Cluster]:
 def training(cluster: Cluster, folder: Path, *settings: str) -> subprocess.Popen[str]:
     """Start a small run on a cluster."""
     command = [sys.executable, "-m", "tests.trainers.small_run", str(folder), f"ray.address={cluster.address}", *settings]
-    return subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    return subprocess.Popen(command, cwd=PROJECT_ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 
 
 def wait_for(folder: Path, iteration: int, process: subprocess.Popen[str]) -> None:
@@ -62,9 +62,9 @@ def test_actors_are_spread_and_are_sent_the_package(head: Cluster) -> None:
     for _ in range(2):
         head.add_node(num_cpus=1)
     config = PpoConfig(collect=CollectConfig(actors=2, threads=1), ray=RayConfig(str(head.address)))
-    with RayCluster(config, MotionLibrary.of([standing("one", "ann")]), np.ones(1)) as cluster:
-        assert cluster.cores == 3
-        found = cluster.ray.get([actor.where.remote() for actor in [cluster.actor(Where, 1) for _ in range(3)]])
+    with RayCluster(config, MotionLibrary.from_clips([standing("one", "ann")]), np.ones(1)) as cluster:
+        assert cluster.num_cores == 3
+        found = cluster.ray.get([actor.where.remote() for actor in [cluster.start_actor(Where, 1) for _ in range(3)]])
     assert len({node for node, _ in found}) == 3
     assert all("runtime_resources" in file for _, file in found)
 
@@ -72,15 +72,15 @@ def test_actors_are_spread_and_are_sent_the_package(head: Cluster) -> None:
 def test_a_learner_goes_where_a_gpu_is(head: Cluster) -> None:
     # Ray believes what it is told: the second node has a GPU, the others have none.
     config = PpoConfig(collect=CollectConfig(actors=1, threads=1), ray=RayConfig(str(head.address)))
-    library = MotionLibrary.of([standing("one", "ann")])
+    library = MotionLibrary.from_clips([standing("one", "ann")])
     head.add_node(num_cpus=1)
     with RayCluster(config, library, np.ones(1)) as cluster:
-        assert [cluster.gpus(device) for device in ("cpu", "auto")] == [0, 0]
+        assert [cluster.num_learner_gpus(device) for device in ("cpu", "auto")] == [0, 0]
         with pytest.raises(InputError, match="no node of the cluster has a GPU; should be cpu, or auto"):
-            cluster.gpus("cuda")
+            cluster.num_learner_gpus("cuda")
         with_gpu = head.add_node(num_cpus=1, num_gpus=1)
-        assert [cluster.gpus(device) for device in ("cpu", "auto", "cuda")] == [0, 1, 1]
-        node, _ = cluster.ray.get(cluster.actor(Where, 1, gpus=1).where.remote())
+        assert [cluster.num_learner_gpus(device) for device in ("cpu", "auto", "cuda")] == [0, 1, 1]
+        node, _ = cluster.ray.get(cluster.start_actor(Where, 1, gpus=1).where.remote())
     assert node == with_gpu.node_id
 
 

@@ -25,7 +25,9 @@ WEIGHTS = {"w": np.zeros(3)}
 
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[RayCluster]:
-    with RayCluster(PpoConfig(collect=CollectConfig(actors=12, threads=1)), MotionLibrary.of([standing("one", "ann")]), np.ones(1)) as made:
+    with RayCluster(
+        PpoConfig(collect=CollectConfig(actors=12, threads=1)), MotionLibrary.from_clips([standing("one", "ann")]), np.ones(1)
+    ) as made:
         yield made
 
 
@@ -78,7 +80,7 @@ def said() -> Said:
 def make(
     cluster: RayCluster, monkeypatch: pytest.MonkeyPatch, said: Said, script: dict[Deed, str], places: int = 2, overlap: bool = False
 ) -> RayPool:
-    monkeypatch.setattr(ray_pool, "RolloutActor", scripted(script))
+    monkeypatch.setattr(ray_pool, "CpuCollector", scripted(script))
     return RayPool(PpoConfig(collect=CollectConfig(actors=places, threads=1, overlap=overlap)), cluster, said)
 
 
@@ -122,7 +124,7 @@ def test_the_only_collector_is_waited_for(cluster: RayCluster, monkeypatch: pyte
 
 
 def test_a_slow_one_is_not_waited_for_and_comes_once(cluster: RayCluster, monkeypatch: pytest.MonkeyPatch, said: Said) -> None:
-    monkeypatch.setattr(ray_pool, "LATE_SECONDS", 0.3)
+    monkeypatch.setattr(ray_pool, "MIN_STRAGGLER_S", 0.3)
     pool = make(cluster, monkeypatch, said, {(0, 0, 1): "sleep 1.5"})
     came = rounds(pool, 1)[0]
     begin = time.monotonic()
@@ -138,8 +140,8 @@ def test_a_slow_one_is_not_waited_for_and_comes_once(cluster: RayCluster, monkey
 
 
 def test_a_rollout_that_comes_too_late_is_dropped_and_told_of(cluster: RayCluster, monkeypatch: pytest.MonkeyPatch, said: Said) -> None:
-    monkeypatch.setattr(ray_pool, "LATE_SECONDS", 0.1)
-    monkeypatch.setattr(ray_pool, "STALE", 2)
+    monkeypatch.setattr(ray_pool, "MIN_STRAGGLER_S", 0.1)
+    monkeypatch.setattr(ray_pool, "MAX_ROLLOUT_AGE_UPDATES", 2)
     pool = make(cluster, monkeypatch, said, {(0, 0, 1): "sleep 3"})
     came = [deed for one in rounds(pool, 5) for deed in one]
     time.sleep(3.0)
@@ -150,8 +152,8 @@ def test_a_rollout_that_comes_too_late_is_dropped_and_told_of(cluster: RayCluste
 
 
 def test_a_hung_one_is_killed_and_replaced(cluster: RayCluster, monkeypatch: pytest.MonkeyPatch, said: Said) -> None:
-    monkeypatch.setattr(ray_pool, "LATE_SECONDS", 0.2)
-    monkeypatch.setattr(ray_pool, "HUNG_SECONDS", 1.0)
+    monkeypatch.setattr(ray_pool, "MIN_STRAGGLER_S", 0.2)
+    monkeypatch.setattr(ray_pool, "MIN_HANG_S", 1.0)
     pool = make(cluster, monkeypatch, said, {(0, 0, 1): "sleep 600"})
     came = [deed for one in rounds(pool, 2) for deed in one] + until(pool, 0, 1)
     assert (0, 0, 1) not in came
@@ -162,7 +164,7 @@ def test_nobody_left_is_an_error(cluster: RayCluster, monkeypatch: pytest.Monkey
     pool = make(cluster, monkeypatch, said, {(0, life, 0): "raise" for life in range(9)}, places=1)
     with pytest.raises(RunError, match=r"all collectors were lost.*no room for another rollout"):
         pool.collect(WEIGHTS, 0.1)
-    assert len(said) == ray_pool.DEATHS
+    assert len(said) == ray_pool.MAX_CONSECUTIVE_FAILURES
     assert pool.get_state() == {"lives": {"0": 2}}  # lives 0, 1 and 2 were lived
 
 
@@ -170,7 +172,7 @@ def test_a_place_that_kills_everybody_is_given_up(cluster: RayCluster, monkeypat
     pool = make(cluster, monkeypatch, said, {(0, life, -1): "raise" for life in range(9)})  # none can even be built
     for _ in range(300):
         rounds(pool, 1)
-        if len(said) > ray_pool.DEATHS:
+        if len(said) > ray_pool.MAX_CONSECUTIVE_FAILURES:
             break
         time.sleep(0.05)
     assert "OSError: cannot begin" in said[-1]
@@ -190,8 +192,8 @@ def test_overlap_learns_from_the_round_before(cluster: RayCluster, monkeypatch: 
 def test_whoever_was_ready_while_nobody_looked_is_neither_late_nor_hung(
     cluster: RayCluster, monkeypatch: pytest.MonkeyPatch, said: Said
 ) -> None:
-    monkeypatch.setattr(ray_pool, "LATE_SECONDS", 0.2)
-    monkeypatch.setattr(ray_pool, "HUNG_SECONDS", 0.5)
+    monkeypatch.setattr(ray_pool, "MIN_STRAGGLER_S", 0.2)
+    monkeypatch.setattr(ray_pool, "MIN_HANG_S", 0.5)
     pool = make(cluster, monkeypatch, said, {}, places=3, overlap=True)
     rounds(pool, 1)
     time.sleep(1.0)  # the learner takes its time: longer than a collector may
@@ -212,9 +214,9 @@ def test_states_come_back_and_a_lost_one_begins_another_life(cluster: RayCluster
 
 
 def test_more_places_than_cores_begin_with_those_that_fit(cluster: RayCluster, monkeypatch: pytest.MonkeyPatch, said: Said) -> None:
-    monkeypatch.setattr(ray_pool, "ALL_SECONDS", 3.0)
-    monkeypatch.setattr(ray_pool, "RolloutActor", scripted({}))
-    config = PpoConfig(collect=CollectConfig(actors=2, threads=cluster.cores // 2 + 1))  # room for one
+    monkeypatch.setattr(ray_pool, "ALL_STARTED_TIMEOUT_S", 3.0)
+    monkeypatch.setattr(ray_pool, "CpuCollector", scripted({}))
+    config = PpoConfig(collect=CollectConfig(actors=2, threads=cluster.num_cores // 2 + 1))  # room for one
     pool = RayPool(replace(config), cluster, said)
     assert rounds(pool, 1) == [[(0, 0, 0)]]
-    assert said == [f"1 of 2 collectors have started, on a cluster of {cluster.cores} cores"]
+    assert said == [f"1 of 2 collectors have started, on a cluster of {cluster.num_cores} cores"]

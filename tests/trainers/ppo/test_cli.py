@@ -13,14 +13,14 @@ import pytest
 
 from agents.policy.policy import Policy
 from configs.errors import InputError
-from configs.source_code import ROOT
+from configs.source_code import PROJECT_ROOT
 from datasets.library.motion_library import MotionLibrary
-from datasets.library.sources import Recorded
+from datasets.library.sources import SourceMotion
 from tests.trainers.conftest import standing
 from tests.trainers.run_comparison import final_state, same, whole_and_in_parts
 from trainers.algorithms.ppo_config import CollectConfig, PpoConfig
 from trainers.algorithms.ppo_learner import PpoLearner
-from trainers.collectors.cpu_collector import RolloutActor
+from trainers.collectors.cpu_collector import CpuCollector
 from trainers.ppo import cli as ppo
 
 
@@ -45,7 +45,7 @@ def test_resumed_equals_uninterrupted(tiny: PpoConfig, monkeypatch: pytest.Monke
 def test_other_motion_is_not_resumed(tiny: PpoConfig, monkeypatch: pytest.MonkeyPatch) -> None:
     ppo.train(tiny, resume=False)
     others = [standing("one", "ann", 300), standing("two", "bob", 130)]
-    monkeypatch.setattr("trainers.data.training_motions.load_recordings", lambda *_, **__: [Recorded(clip) for clip in others])
+    monkeypatch.setattr("trainers.data.training_motions.load_source_motions", lambda *_, **__: [SourceMotion(clip) for clip in others])
     with pytest.raises(InputError, match="trained on other motion"):
         ppo.train(replace(tiny, data=replace(tiny.data, seed=1)), resume=True)
 
@@ -55,7 +55,7 @@ def test_a_run_begins_with_the_policy_of_a_file(tiny: PpoConfig, monkeypatch: py
     policy, card = Policy.load(first)
     policy.save(first, card | {"clips": ["elsewhere"], "performers": ["eve"], "samples": 7})
     with monkeypatch.context() as patch:
-        patch.setattr(ppo.Stop, "asked", True)  # before the first iteration
+        patch.setattr(ppo.StopSignal, "is_requested", True)  # before the first iteration
         begun = final_state(ppo.train(replace(tiny, name="second", init=str(first)), resume=False))
     same({name: tensor.numpy() for name, tensor in policy.state_dict().items()}, begun["learner"]["network"])
     assert begun["clock"]["samples"] == 0
@@ -87,7 +87,7 @@ def test_a_signal_and_resume(number: signal.Signals, actors: int, tmp_path: Path
     small = ["collect.envs=4", "collect.horizon=4", "network.hidden=[8]", "samples=1000000", "checkpoint_every=1"]
     # On motion that is not the config's default seed: --resume must find it in the run's own config.
     settings = [f"runs_dir={tmp_path}", f"collect.actors={actors}", "data.suit_clips=0", "data.seed=3", *small]
-    root = ROOT
+    root = PROJECT_ROOT
     with subprocess.Popen([*run, *settings], cwd=root, start_new_session=True, stdout=subprocess.PIPE, text=True) as process:
         for _ in range(1200):
             if list((tmp_path / "mixed").glob("checkpoints/*.safetensors")):
@@ -122,8 +122,8 @@ def test_a_clip_that_makes_physics_explode_ends_episodes_and_reaches_nobody(tiny
     root = np.zeros((frames, 3))
     root[:, 0], root[:, 2] = 10.0 * np.arange(frames), 0.94  # 10 m in a sixtieth of a second: 600 m/s, and 500 is an explosion
     calm = standing("calm", "ann", frames)
-    library = MotionLibrary.of([replace(calm, name="wild", root_position=root), calm])
-    actor = RolloutActor(tiny, 0, 0, library.clips, library.arrays(), library.fps, np.array([0.5, 0.5]))
+    library = MotionLibrary.from_clips([replace(calm, name="wild", root_position=root), calm])
+    actor = CpuCollector(tiny, 0, 0, library.clips, library.arrays(), library.fps, np.array([0.5, 0.5]))
     learner = PpoLearner(tiny)
     failures = 0
     for _ in range(3):
@@ -163,7 +163,7 @@ def test_an_unknown_holdout_names_the_performers(tiny: PpoConfig) -> None:
 )
 def test_bad_input_is_one_line_and_exit_code_2(arguments: list[str], says: str, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "trainers.ppo", *arguments, f"runs_dir={tmp_path}", "collect.actors=0"]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, cwd=PROJECT_ROOT, check=False)
     assert done.returncode == 2
     assert says in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1

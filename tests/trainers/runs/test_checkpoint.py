@@ -8,7 +8,7 @@ import pytest
 
 from configs.errors import RunError
 from tests.trainers.full_disk import full_disk
-from trainers.runs.checkpoint import KEPT, Checkpoints, load_newest, save_checkpoint
+from trainers.runs.checkpoint import NUM_KEPT_CHECKPOINTS, Checkpoints, load_newest, save_checkpoint
 
 
 def tree(value: float) -> dict:
@@ -29,7 +29,7 @@ def test_round_trip(tmp_path: Path) -> None:
 def test_only_the_newest_are_kept(tmp_path: Path) -> None:
     for iteration in range(1, 6):
         save_checkpoint(tmp_path, iteration, tree(iteration))
-    assert [path.name for path in sorted(tmp_path.iterdir())] == [f"{i:08d}.safetensors" for i in range(6 - KEPT, 6)]
+    assert [path.name for path in sorted(tmp_path.iterdir())] == [f"{i:08d}.safetensors" for i in range(6 - NUM_KEPT_CHECKPOINTS, 6)]
 
 
 def cut_short(held: bytearray) -> bytes:
@@ -67,7 +67,7 @@ def test_a_full_disk_costs_no_earlier_checkpoint_and_is_told_at_the_end(tmp_path
     assert found[0]["clock"]["best"] == 1.0
     assert [path.name for path in tmp_path.iterdir()] == ["00000001.safetensors"]  # nothing half-written
     with pytest.raises(RunError, match="the last checkpoint could not be written"):
-        checkpoints.check()
+        checkpoints.raise_if_last_failed()
 
 
 def test_once_there_is_room_again_all_is_well(tmp_path: Path) -> None:
@@ -75,7 +75,7 @@ def test_once_there_is_room_again_all_is_well(tmp_path: Path) -> None:
     with full_disk(50):
         checkpoints.save(1, tree(1.0))
     checkpoints.save(2, tree(2.0))
-    checkpoints.check()
+    checkpoints.raise_if_last_failed()
 
 
 def test_what_a_killed_run_left_half_written_goes_away(tmp_path: Path) -> None:

@@ -25,7 +25,7 @@ def test_a_full_disk_does_not_end_a_run_and_numbers_come_back(
             log.write(step, {"a": 1.0})
     assert capsys.readouterr().out.count("numbers for TensorBoard cannot be written") == 1
     now = time.monotonic()
-    monkeypatch.setattr(time, "monotonic", lambda: now + run_log.RETRY_SECONDS)
+    monkeypatch.setattr(time, "monotonic", lambda: now + run_log.WRITE_RETRY_S)
     log.write(2000, {"back": 1.0})
     log.close()
     assert any(b"back" in path.read_bytes() for path in tmp_path.iterdir())
@@ -39,4 +39,4 @@ def test_a_line_that_cannot_be_printed_does_not_end_a_run(tmp_path: Path) -> Non
     full = Full()
     with pytest.raises(OSError, match="No space left"):
         Console(file=full).print("as it would be")
-    RunLog(tmp_path, Console(file=full)).say("nobody hears this")
+    RunLog(tmp_path, Console(file=full)).info("nobody hears this")

@@ -10,7 +10,7 @@ import pytest
 from agents.root.model import RootModel
 from agents.root.spec import RootSpec
 from configs.errors import InputError
-from configs.source_code import ROOT
+from configs.source_code import PROJECT_ROOT
 from datasets.imu.sensor_model import BODY_COUNT
 from datasets.motion.clip import BodyMotion
 from tests.trainers.run_comparison import final_state, same
@@ -38,8 +38,8 @@ def tiny(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> RootConfig:
     return RootConfig(
         name="tiny",
         runs_dir=str(tmp_path / "runs"),
-        data=RootDataConfig(motions=str(source), synthetic=0, takes=2),
-        learner=RootLearnerConfig(batch=64, hidden=0.5, learning_rate=3e-3, sequence=2),
+        data=RootDataConfig(motions=str(source), synthetic_sets=0, suit_takes=2),
+        learner=RootLearnerConfig(batch=64, mask_share=0.5, learning_rate=3e-3, sequence=2),
         samples=60 * 64,
         evaluate_every=20,
         checkpoint_every=10,
@@ -68,18 +68,18 @@ def test_it_learns(tiny: RootConfig) -> None:
 def test_resumed_equals_uninterrupted(tiny: RootConfig, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = supervised.train(replace(tiny, name="whole"), resume=False)
 
-    class StopAfterThirty(supervised.Stop):
+    class StopAfterThirty(supervised.StopSignal):
         def __init__(self, say: Callable[[str], None]) -> None:
             super().__init__(say)
             self.asks = 0
 
         @property
-        def asked(self) -> bool:  # type: ignore[override]
+        def is_requested(self) -> bool:  # type: ignore[override]
             self.asks += 1
             return self.asks > 30  # asked before each iteration: the thirtieth is the last
 
     with monkeypatch.context() as patch:
-        patch.setattr(supervised, "Stop", StopAfterThirty)
+        patch.setattr(supervised, "StopSignal", StopAfterThirty)
         parts = supervised.train(replace(tiny, name="parts"), resume=False)
     assert final_state(parts)["clock"]["iteration"] == 30
     supervised.train(replace(tiny, name="parts"), resume=True)
@@ -92,7 +92,7 @@ def test_clips_that_are_too_short_are_one_line(tiny: RootConfig) -> None:
 
 
 def test_test_performers_are_never_seen(tiny: RootConfig) -> None:
-    folder = supervised.train(replace(tiny, samples=64, data=replace(tiny.data, test=("bob",), holdout="none")), resume=False)
+    folder = supervised.train(replace(tiny, samples=64, data=replace(tiny.data, test_performers=("bob",), holdout="none")), resume=False)
     card = RootModel.load(folder / "best" / "model.safetensors")[1]
     assert card["performers"] == ["ann"]
     assert card["data"]["test"] == ["bob"]
@@ -132,14 +132,14 @@ def test_another_network_is_not_resumed(tiny: RootConfig) -> None:
         (["learner.los=l1"], "unknown key 'learner.los', did you mean 'learner.loss'"),
         (["learner.loss=l3"], "learner.loss is 'l3', should be l1 or mse"),
         (["data.motions=nowhere"], "nowhere: no such file or folder"),
-        (["data.synthetic=0"], "holds no clip of at least 1 s"),
+        (["data.synthetic_sets=0"], "holds no clip of at least 1 s"),
         (["--resume"], "there is no checkpoint to resume"),
         (["learner.batch=240"], "learner.sequence is 16, should be 1, or such that learner.batch (240) is a multiple of twice it"),
         (["runs_dir=/dev/null/runs"], "runs_dir: /dev/null/runs cannot be created"),
     ],
 )
 def test_bad_input_is_one_line(arguments: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    config = str(ROOT / "configs" / "root3d.yaml")
+    config = str(PROJECT_ROOT / "configs" / "root3d.yaml")
     assert supervised.main(["--config", config, f"runs_dir={tmp_path}/runs", *arguments]) == 2
     error = capsys.readouterr().err
     assert message in error

@@ -9,10 +9,10 @@ import pytest
 from agents.lobstr.model import LobstrModel
 from agents.lobstr.spec import LobstrSpec
 from configs.errors import InputError
-from configs.source_code import ROOT
+from configs.source_code import PROJECT_ROOT
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import BODY_COUNT, NAMES
-from datasets.motion.rotation import about_axis
+from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES
+from datasets.motion.rotation import from_axis_angle
 from tests.trainers.run_comparison import final_state, same
 from trainers.supervised import cli as supervised
 from trainers.supervised.lobstr_config import LobstrConfig, LobstrDataConfig, LobstrLearnerConfig
@@ -27,7 +27,7 @@ def bobbing(name: str, performer: str, frames: int = 400) -> BodyMotion:
     rotations[..., 0] = 1.0
     for side in "lr":
         for body, turn in (("thigh", -a), ("shin", 2.0 * a), ("foot", -a)):
-            rotations[:, NAMES.index(f"{body}_{side}")] = about_axis(Y, turn)
+            rotations[:, BODY_NAMES.index(f"{body}_{side}")] = from_axis_angle(Y, turn)
     root = np.zeros((frames, 3))
     root[:, 2] = 0.11 + 0.83 * np.cos(a)
     return BodyMotion(root, rotations, 45.0, name, performer, "optical", "squat")
@@ -44,10 +44,16 @@ def tiny(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> LobstrConfig:
     return LobstrConfig(
         name="tiny",
         runs_dir=str(tmp_path / "runs"),
-        data=LobstrDataConfig(motions=str(source), takes=2, mirror=True),
+        data=LobstrDataConfig(motions=str(source), tempo_takes=2, mirror=True),
         model=LobstrSpec(hidden=32, latent=16),
         learner=LobstrLearnerConfig(
-            batch=16, predicted=4, learning_rate=3e-3, final_learning_rate=3e-3, contact=0.1, noise=0.0, turned=0.0
+            batch=16,
+            predicted_frames=4,
+            learning_rate=3e-3,
+            final_learning_rate=3e-3,
+            contact_weight=0.1,
+            position_noise_m=0.0,
+            rotation_noise_deg=0.0,
         ),
         samples=20 * 64,
         evaluate_every=10,
@@ -83,21 +89,21 @@ def test_another_network_is_not_resumed(tiny: LobstrConfig) -> None:
 
 def test_clips_that_are_too_short_are_one_line(tiny: LobstrConfig) -> None:
     with pytest.raises(InputError, match="no training clip has 545 frames at 45 Hz"):
-        supervised.train(replace(tiny, learner=replace(tiny.learner, predicted=500)), resume=False)
+        supervised.train(replace(tiny, learner=replace(tiny.learner, predicted_frames=500)), resume=False)
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (["learner.predictd=2"], "unknown key 'learner.predictd', did you mean 'learner.predicted'"),
-        (["learner.predicted=1"], "learner.predicted is 1, should be 2 or more"),
+        (["learner.predicted_frames=1"], "learner.predicted_frames is 1, should be 2 or more"),
         (["model.encoder=transformer"], "model.encoder is 'transformer', should be one of gru"),
         (["learns=root"], "learns is 'root', should be lower_body"),
         (["data.motions=nowhere"], "nowhere: no such file or folder"),
     ],
 )
 def test_bad_input_is_one_line(arguments: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    config = str(ROOT / "configs" / "lobstr.yaml")
+    config = str(PROJECT_ROOT / "configs" / "lobstr.yaml")
     assert supervised.main(["--config", config, f"runs_dir={tmp_path}/runs", *arguments]) == 2
     error = capsys.readouterr().err
     assert message in error

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from envs.physics.humanoid_mjcf import build_model
-from eval.benchmark.contacts.measurement import Contacts, Watched, measure, reversing
-from eval.benchmark.contacts.model_variants import BEFORE, CHOSEN, VARIANTS, with_step
+from eval.benchmark.contacts.measurement import ContactRecording, Contacts, alternating_speed, measure_ground_contact
+from eval.benchmark.contacts.model_variants import IN_USE, PREVIOUS, VARIANTS, with_time_step
 from tests.builders import STANDING
 
 
@@ -67,7 +67,7 @@ def test_means_are_weighed_by_load() -> None:
     speeds = np.zeros((4, 2, 4, 3))
     speeds[:, 0, :, 1] = np.array([0.02, -0.02, 0.02, -0.02])[:, None]
     error = np.array([[0.02, 0.5], [0.04, np.nan]])
-    found = measure(Watched(contacts, speeds, error, np.array([4, 4]), 0.01), np.array([0]))
+    found = measure_ground_contact(ContactRecording(contacts, speeds, error, np.array([4, 4]), 0.01), np.array([0]))
     assert found.slip == pytest.approx(8.75)
     assert found.slipping == pytest.approx(0.25)
     assert found.depth == pytest.approx(2.5)
@@ -81,27 +81,29 @@ def test_means_are_weighed_by_load() -> None:
 
 def test_nothing_touches_nothing_slips() -> None:
     nothing = Contacts(*np.zeros((5, 0)))
-    found = measure(Watched(nothing, np.zeros((3, 1, 4, 3)), np.zeros((1, 1)), np.array([1]), 0.01), np.array([0]))
+    found = measure_ground_contact(ContactRecording(nothing, np.zeros((3, 1, 4, 3)), np.zeros((1, 1)), np.array([1]), 0.01), np.array([0]))
     assert (found.slip, found.slipping, found.depth, found.depth_p99) == (0.0, 0.0, 0.0, 0.0)
 
 
 def test_only_what_reverses_is_noise() -> None:
     # (a - 2 b + c) / 4: of 1, -1, 1 it is 1; of steady speeds and of steady accelerations nothing.
     back_and_forth = np.array([1.0, -1.0, 1.0, -1.0])
-    assert reversing(back_and_forth[:, None]) == pytest.approx(1.0)
-    assert reversing(np.array([1.0, 2.0, 3.0, 4.0])[:, None]) == pytest.approx(0.0)
-    assert reversing(np.array([[1.0, np.nan], [-1.0, np.nan], [1.0, np.nan]])[..., None]) == pytest.approx(1.0)  # without who has ended
+    assert alternating_speed(back_and_forth[:, None]) == pytest.approx(1.0)
+    assert alternating_speed(np.array([1.0, 2.0, 3.0, 4.0])[:, None]) == pytest.approx(0.0)
+    assert alternating_speed(np.array([[1.0, np.nan], [-1.0, np.nan], [1.0, np.nan]])[..., None]) == pytest.approx(
+        1.0
+    )  # without who has ended
 
 
 def test_variants_differ_from_the_model_in_use_as_they_say() -> None:
     models = {variant.name: variant.build() for variant in VARIANTS}
-    used, before = models[CHOSEN], models[BEFORE]
+    used, before = models[IN_USE], models[PREVIOUS]
     assert (before.opt.timestep, before.geom_solref[0, 0], before.geom_friction[0, 0]) == pytest.approx((1 / 120, 0.02, 1.0))
     assert np.allclose(before.dof_armature[6:], 0.02)
     # The motors' damping is in the motors: 30 Nm s/rad at the spine, 0.5 of which the joint keeps.
     assert (before.actuator_biasprm[0, 2], before.dof_damping[6]) == pytest.approx((-30.0, 0.5))
     assert models["1/480 s"].geom_solref[:, 0] == pytest.approx(np.full(21, 0.5 * 0.00875))
-    assert with_step(1 / 960).build().opt.timestep == pytest.approx(1 / 960)
+    assert with_time_step(1 / 960).build().opt.timestep == pytest.approx(1 / 960)
     heel = models["heel and toe"].geom("foot_l").id  # from 0.06 m behind the ankle to a third of 0.19 m further
     assert models["heel and toe"].geom_pos[heel, 0] + models["heel and toe"].geom_size[heel, 0] == pytest.approx(0.19 / 3 - 0.06)
     assert all(model.nv == used.nv for model in models.values())

@@ -15,7 +15,7 @@ from eval.benchmark.scaling.cluster_simulation import (
     Cluster,
     Costs,
     Job,
-    one_after_another,
+    fifo_completion_times,
     simulate,
 )
 
@@ -50,8 +50,8 @@ def rng() -> np.random.Generator:
 
 def test_one_after_another() -> None:
     ready = np.array([0.0, 1.0, 1.0, 9.0])
-    assert one_after_another(ready, 2.0).tolist() == [2.0, 4.0, 6.0, 11.0]
-    assert one_after_another(ready, 0.0).tolist() == [0.0, 1.0, 1.0, 9.0]
+    assert fifo_completion_times(ready, 2.0).tolist() == [2.0, 4.0, 6.0, 11.0]
+    assert fifo_completion_times(ready, 0.0).tolist() == [0.0, 1.0, 1.0, 9.0]
 
 
 def test_synchronous_iteration_is_the_sum_of_its_parts() -> None:
@@ -63,7 +63,7 @@ def test_synchronous_iteration_is_the_sum_of_its_parts() -> None:
     # Waiting: from 0.2 to 1.2 for the second actor; the driver's own: 0.2 of calls, 0.1 of taking over.
     expected = {ACTORS: 1.0 / 3.3, LEARNER: 2.0 / 3.3, DRIVER: 0.3 / 3.3, NETWORK: 0.0, STRAGGLERS: 0.0, CHECKPOINTS: 0.0}
     assert found.shares == pytest.approx(expected)
-    assert found.binding == LEARNER
+    assert found.bottleneck == LEARNER
     assert found.learner_idle == pytest.approx(1.3 / 3.3)
     assert found.actors_idle == pytest.approx(2.3 / 3.3)  # each works 1 s
 
@@ -76,7 +76,7 @@ def test_overlapped_iteration_is_the_longer_of_its_parts() -> None:
     quick = simulate(replace(costs, learner_rate=10_000.0), CALM, OVERLAPPED, rng())
     assert quick.seconds == pytest.approx(1.3)
     assert quick.actors_idle == pytest.approx(0.3 / 1.3)  # 1 s of 1.3
-    assert quick.binding == ACTORS
+    assert quick.bottleneck == ACTORS
 
 
 def test_bound_by_the_learner_it_learns_at_the_learners_rate() -> None:
@@ -111,7 +111,7 @@ def test_bound_by_the_network_it_learns_what_the_card_carries() -> None:
     costs = Costs(step_seconds=0.0, world_seconds=1e-15, learner_rate=1e12, sample_bytes=1e3)
     found = simulate(costs, replace(APART, bandwidth=1e9), OVERLAPPED, rng())
     assert found.samples_per_second == pytest.approx(1e6, rel=1e-4)
-    assert found.binding == NETWORK
+    assert found.bottleneck == NETWORK
 
 
 def test_the_store_copies_rollouts_and_weights() -> None:

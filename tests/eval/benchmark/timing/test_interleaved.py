@@ -4,28 +4,28 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from eval.benchmark.timing.interleaved import Contender, Speed, interleave
+from eval.benchmark.timing.interleaved import BenchmarkCase, BenchmarkResult, interleave
 
 
-def contender(name: str, limit: str = "") -> Contender:
-    return Contender(name, f"what {name} is", lambda: 1, limit=limit)
+def contender(name: str, limit: str = "") -> BenchmarkCase:
+    return BenchmarkCase(name, f"what {name} is", lambda: 1, limit=limit)
 
 
 @pytest.fixture
-def speed() -> Speed:
+def speed() -> BenchmarkResult:
     # The second round was slow for everybody: ratios are those within a round.
     rates = {"ours": np.array([80.0, 40.0, 90.0]), "bare": np.array([100.0, 50.0, 90.0]), "peer": np.array([40.0, 10.0, 30.0])}
-    return Speed("env", "steps/s", [contender("ours", "bare"), contender("bare"), contender("peer")], rates, "ours", ("peer",))
+    return BenchmarkResult("env", "steps/s", [contender("ours", "bare"), contender("bare"), contender("peer")], rates, "ours", ("peer",))
 
 
-def test_medians_and_ratios_by_hand(speed: Speed) -> None:
+def test_medians_and_ratios_by_hand(speed: BenchmarkResult) -> None:
     # Ours over bare: 0.8, 0.8, 1.0; over the peer: 2, 4, 3.
     assert speed.rate("ours") == 80.0
     assert speed.ratio("ours", "bare") == pytest.approx(0.8)
     assert speed.ratio("ours", "peer") == pytest.approx(3.0)
 
 
-def test_summary_has_the_agreed_shape(speed: Speed) -> None:
+def test_summary_has_the_agreed_shape(speed: BenchmarkResult) -> None:
     summary = speed.summary()
     assert {key: summary[key] for key in ("benchmark", "unit", "ours", "limit", "peers")} == {
         "benchmark": "env",
@@ -40,7 +40,7 @@ def test_summary_has_the_agreed_shape(speed: Speed) -> None:
     assert summary["rounds"] == 3
 
 
-def test_table_says_what_each_row_is(speed: Speed) -> None:
+def test_table_says_what_each_row_is(speed: BenchmarkResult) -> None:
     console = Console(width=120)
     with console.capture() as capture:
         console.print(speed.table())
@@ -55,7 +55,7 @@ def test_contenders_take_turns_and_only_their_work_is_timed(monkeypatch: pytest.
     clock, calls = [0.0], []
     monkeypatch.setattr("eval.benchmark.timing.interleaved.perf_counter", lambda: clock[0])
 
-    def one(name: str) -> Contender:
+    def one(name: str) -> BenchmarkCase:
         def prepare() -> None:
             calls.append(f"prepare {name}")
             clock[0] += 100.0
@@ -65,7 +65,7 @@ def test_contenders_take_turns_and_only_their_work_is_timed(monkeypatch: pytest.
             clock[0] += 0.5 * sum(not call.startswith(("prepare", "round")) for call in calls)
             return 12
 
-        return Contender(name, "", run, prepare)
+        return BenchmarkCase(name, "", run, prepare)
 
     rates = interleave([one("a"), one("b")], 2, lambda: calls.append("round"))
     assert calls == ["prepare a", "a", "prepare b", "b", "round"] * 3

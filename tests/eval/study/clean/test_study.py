@@ -17,19 +17,19 @@ from datasets.formats.bvh import write_bvh
 from datasets.motion.clip import BodyMotion
 from envs.mimic.spec import MimicSpec
 from eval.clean import samcon as crowd
-from eval.clean.pipeline import Cleaner
-from eval.recordings import REAL_CLIPS
+from eval.clean.pipeline import CleaningPipeline
+from eval.recordings import IMU_SUIT_CLIPS
 from eval.study.clean import cases as clean_cases
 from eval.study.clean import study as clean_study
-from eval.study.clean.cases import CLEAN, REAL, SUITS, Case, Result, clean_case, from_json, stance_skate
+from eval.study.clean.cases import CLEAN, REAL, SUITS, Case, CaseResult, clean_case, result_from_json, stance_skate
 from eval.study.clean.findings import clean_findings
-from eval.study.clean.rows import NO_PHYSICS, SHIPPED, clean_rows
+from eval.study.clean.rows import NO_PHYSICS, PRETRAINED, clean_rows
 from eval.study.cli import main
 from eval.study.protocol.page import study_text
 from tests.builders import as_bvh, posed
-from trainers.algorithms.policy_file import CARD
+from trainers.algorithms.policy_file import REQUIRED_CARD_KEYS
 
-WITHOUT = Cleaner(None, MimicSpec(), 1)
+WITHOUT = CleaningPipeline(None, MimicSpec(), 1)
 
 
 def test_a_foot_that_stands_skates_as_fast_as_it_glides() -> None:
@@ -57,7 +57,7 @@ def raised(suit: BodyMotion, height: float) -> BodyMotion:
 
 def test_a_suit_is_judged_on_the_true_ground_and_its_file_on_the_one_that_is_read(standing: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # The suit lets the figure float by 12 mm. Nothing else is wrong but that it glides by 2 cm in 29 / 60 s, 4.14 cm/s.
-    monkeypatch.setattr(clean_cases, "wear_suit", lambda clean, _: raised(clean, 0.012))
+    monkeypatch.setattr(clean_cases, "simulate_suit_with_root", lambda clean, _: raised(clean, 0.012))
     result = clean_case(Case(SUITS, "cmu/test", standing, 0), WITHOUT)
     before, read, after, truth = (result.sides[side] for side in ("before", "as read", "after", "clean truth"))
     assert before["floating"] == pytest.approx(12.0, abs=1e-3)
@@ -77,12 +77,12 @@ def test_a_recording_is_judged_as_it_is_read(standing: Path) -> None:
     assert set(result.sides) == {"before", "after"}
     assert result.sides["after"]["deviation_local"] < 1.0
     assert "truth_error_local" not in result.sides["after"]
-    assert from_json(json.loads(json.dumps(clean_cases.as_json(result)))) == result
+    assert result_from_json(json.loads(json.dumps(clean_cases.result_to_json(result)))) == result
 
 
-def result(name: str, kind: str, **sides: float) -> Result:
+def result(name: str, kind: str, **sides: float) -> CaseResult:
     """Return a result of one measure, by side."""
-    return Result(name, "ann", kind, {side.replace("_", " "): {"jitter": value} for side, value in sides.items()}, ())
+    return CaseResult(name, "ann", kind, {side.replace("_", " "): {"jitter": value} for side, value in sides.items()}, ())
 
 
 def test_rows_are_means_over_all_a_folder_and_a_kind() -> None:
@@ -97,7 +97,7 @@ def test_rows_are_means_over_all_a_folder_and_a_kind() -> None:
         result("a", "walk", before=1.0, after=0.5),
     ]
     without = [replace(one, sides={"after": {"jitter": 6.0}}) for one in shipped]
-    rows = {row["name"]: row["ours"] for row in clean_rows(cases, {SHIPPED: shipped, NO_PHYSICS: without})}
+    rows = {row["name"]: row["ours"] for row in clean_rows(cases, {PRETRAINED: shipped, NO_PHYSICS: without})}
     assert rows["simulated suits, all: before"] == {"jitter": {"mean": 5.0, "std": pytest.approx((8 / 3) ** 0.5), "seeds": 3}}
     assert rows["simulated suits, all: shipped policy"]["jitter"]["mean"] == 3.0
     assert rows["simulated suits, bandai/test: shipped policy"]["jitter"] == {"mean": 4.0, "std": 1.0, "seeds": 2}
@@ -117,15 +117,15 @@ def study_rows(after: dict[str, float]) -> list[dict[str, Any]]:
         ),
         10.0,
     )  # fmt: skip
-    sides = {"before": ten, "as read": ten, SHIPPED: ten | after, NO_PHYSICS: ten, "clean truth": ten}
+    sides = {"before": ten, "as read": ten, PRETRAINED: ten | after, NO_PHYSICS: ten, "clean truth": ten}
     names = {f"simulated suits, all: {side}": values for side, values in sides.items()}
     for part in ("real suits, rokoko_jesse_dance", "already clean clips, all"):
-        names |= {f"{part}: {side}": sides[side] for side in ("before", SHIPPED)}
+        names |= {f"{part}: {side}": sides[side] for side in ("before", PRETRAINED)}
     return [{"name": name, "ours": {key: {"mean": x} for key, x in values.items()}} for name, values in names.items()]
 
 
 def found(after: dict[str, float]) -> dict[str, bool]:
-    return {one["finding"]: one["reproduced"] for one in clean_findings(study_rows(after), (SHIPPED, NO_PHYSICS))}
+    return {one["finding"]: one["reproduced"] for one in clean_findings(study_rows(after), (PRETRAINED, NO_PHYSICS))}
 
 
 @pytest.mark.parametrize(
@@ -178,7 +178,10 @@ def leave_policy(file: Path, seed: int) -> Path:
     torch.manual_seed(seed)
     spec = MimicSpec()
     file.parent.mkdir(parents=True, exist_ok=True)
-    card = dict.fromkeys(CARD, "unknown") | {"task": {**vars(spec), "preview": list(spec.preview)}, "performers": ["ann_walk"]}
+    card = dict.fromkeys(REQUIRED_CARD_KEYS, "unknown") | {
+        "task": {**vars(spec), "preview": list(spec.preview)},
+        "performers": ["ann_walk"],
+    }
     Policy(spec.observation_size, spec.action_size, (4,)).save(file, card)
     return file
 
@@ -186,12 +189,12 @@ def leave_policy(file: Path, seed: int) -> Path:
 @pytest.fixture
 def recordings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Leave a folder of real motion of people who stand, one of them long enough for physics, and a policy in the package."""
-    monkeypatch.setattr(crowd, "CROWD", 4)
-    monkeypatch.setattr(crowd, "BEST", 2)
+    monkeypatch.setattr(crowd, "NUM_SAMPLES", 4)
+    monkeypatch.setattr(crowd, "NUM_SURVIVORS", 2)
     monkeypatch.setattr(clean_study, "THREADS", 1)
-    monkeypatch.setattr(clean_study, "SHIPPED_POLICY", leave_policy(tmp_path / "package" / "mimic.safetensors", 0))
+    monkeypatch.setattr(clean_study, "PRETRAINED_POLICY", leave_policy(tmp_path / "package" / "mimic.safetensors", 0))
     pose = {"upper_arm_l_x": -70.0, "upper_arm_r_x": 70.0}
-    for name, frames in {"cmu/test/ann_walk": 66, "noncommercial/bandai/test/bob_wave": 30, **dict.fromkeys(REAL_CLIPS, 30)}.items():
+    for name, frames in {"cmu/test/ann_walk": 66, "noncommercial/bandai/test/bob_wave": 30, **dict.fromkeys(IMU_SUIT_CLIPS, 30)}.items():
         file = (tmp_path / "data" / name).with_suffix(".bvh")
         file.parent.mkdir(parents=True, exist_ok=True)
         write_bvh(file, as_bvh(raised(posed(pose, frames=frames), 0.0)))
@@ -201,9 +204,9 @@ def recordings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def counted(monkeypatch: pytest.MonkeyPatch, stop_at: int = 0) -> list[str]:
     """Return a list that gets a name for each clip that is really cleaned; at one of them the user presses Ctrl-C."""
     cleaned: list[str] = []
-    clean: Callable[[Case, Cleaner], Result] = clean_case
+    clean: Callable[[Case, CleaningPipeline], CaseResult] = clean_case
 
-    def noted(case: Case, cleaner: Cleaner) -> Result:
+    def noted(case: Case, cleaner: CleaningPipeline) -> CaseResult:
         if len(cleaned) + 1 == stop_at:
             raise KeyboardInterrupt
         cleaned.append(f"{case.group}: {case.file.stem}")
@@ -224,12 +227,12 @@ def test_the_study_goes_on_where_it_was_interrupted(recordings: Path, tmp_path: 
         second = counted(patch)
         assert main(command) == 0
     assert (len(first), len(second)) == (3, 13)  # 2 clips as two groups, 4 of real suits, each in two ways
-    check_study(out, (SHIPPED, NO_PHYSICS))
+    check_study(out, (PRETRAINED, NO_PHYSICS))
     leave_policy(out / "policies" / "faulty_rewarded.safetensors", 1)
     third = counted(monkeypatch)
     assert main(command) == 0
     assert len(third) == 8  # the further policy's alone
-    check_study(out, (SHIPPED, NO_PHYSICS, "faulty_rewarded"))
+    check_study(out, (PRETRAINED, NO_PHYSICS, "faulty_rewarded"))
 
 
 def test_what_a_result_depends_on_is_found_through_imports() -> None:
@@ -241,15 +244,15 @@ def test_what_a_result_depends_on_is_found_through_imports() -> None:
 def test_another_policy_or_another_clip_is_another_result(recordings: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     cleaned = counted(monkeypatch)
     case = Case(CLEAN, "bandai/test", recordings / "noncommercial/bandai/test/bob_wave.bvh", 0)
-    key = clean_study._key(clean_study.SHIPPED_POLICY)
+    key = clean_study._key(clean_study.PRETRAINED_POLICY)
 
-    def get(key: str) -> Result:
-        return clean_study._result(case, SHIPPED, WITHOUT, key, tmp_path / "clips")
+    def get(key: str) -> CaseResult:
+        return clean_study._result(case, PRETRAINED, WITHOUT, key, tmp_path / "clips")
 
     assert get(key) == get(key)
     assert len(cleaned) == 1
-    leave_policy(clean_study.SHIPPED_POLICY, 2)
-    other = clean_study._key(clean_study.SHIPPED_POLICY)
+    leave_policy(clean_study.PRETRAINED_POLICY, 2)
+    other = clean_study._key(clean_study.PRETRAINED_POLICY)
     assert other != key != clean_study._key(None)
     get(other)
     assert len(cleaned) == 2
@@ -277,10 +280,10 @@ def check_study(out: Path, variants: tuple[str, ...]) -> None:
 
 def test_what_is_missing_is_named_before_any_work(recordings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "out"
-    clean_study.SHIPPED_POLICY.unlink()
+    clean_study.PRETRAINED_POLICY.unlink()
     assert main(["clean", "--out", str(out), "--data", str(recordings)]) == 2
     assert "mimic.safetensors" in capsys.readouterr().err
-    (recordings / REAL_CLIPS[0]).unlink()
+    (recordings / IMU_SUIT_CLIPS[0]).unlink()
     assert main(["clean", "--out", str(out), "--data", str(recordings)]) == 2
-    assert capsys.readouterr().err.startswith(f"error: {recordings / REAL_CLIPS[0]}: no such recording")
+    assert capsys.readouterr().err.startswith(f"error: {recordings / IMU_SUIT_CLIPS[0]}: no such recording")
     assert not out.exists()

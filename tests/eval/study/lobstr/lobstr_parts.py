@@ -9,19 +9,19 @@ from agents.lobstr.encoders import RecurrentEncoder
 from agents.lobstr.model import LobstrModel
 from agents.lobstr.spec import LobstrSpec
 from datasets.motion.kinematics import resample
-from datasets.trackers.calibration import uncalibrated
-from eval.study.lobstr.test_sessions import Session, TestClip
+from datasets.trackers.calibration import identity_calibration
+from eval.study.lobstr.test_sessions import EvaluationClip, Session
 from tests.builders import lively
 
 
-def clip(name: str = "cmu_1", kind: str = "walk", seed: int = 0, system: str = "optical") -> TestClip:
+def clip(name: str = "cmu_1", kind: str = "walk", seed: int = 0, system: str = "optical") -> EvaluationClip:
     """Return a lively clip of two seconds at 45 Hz."""
-    return TestClip(replace(resample(lively(seed), 45.0), name=name, kind=kind, system=system))
+    return EvaluationClip(replace(resample(lively(seed), 45.0), name=name, kind=kind, system=system))
 
 
-def session(of: TestClip, size: float = 1.0, calibrated: float = 1.0, height: int = 171) -> Session:
+def session(of: EvaluationClip, size: float = 1.0, calibrated: float = 1.0, height: int = 171) -> Session:
     """Return a clip by somebody ``size`` times as tall as the humanoid, who is taken to be ``calibrated`` times."""
-    one = uncalibrated(1).rows(np.array(0))._replace(scale=np.array(calibrated))
+    one = identity_calibration(1).rows(np.array(0))._replace(scale=np.array(calibrated))
     return Session(of, height, size, one, of.joints._replace(positions=size * of.joints.positions), (0,))
 
 

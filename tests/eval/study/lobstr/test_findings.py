@@ -4,24 +4,24 @@ from typing import Any
 
 import pytest
 
-from eval.study.lobstr.findings import find
+from eval.study.lobstr.findings import lobstr_findings
 from eval.study.lobstr.variants import (
     AUTOREGRESSIVE,
     CNN,
     COMBINED,
-    COMMONER,
     FC,
     GRU,
-    HEIGHTS,
     LOST_FEET,
     LSTM,
+    MAJORITY_CLASS,
     MEAN_POSE,
     PK,
     POSE,
+    PRETRAINED,
     RNN,
-    SHIPPED,
     TABLE_3,
     UPRIGHT,
+    USER_HEIGHTS_CM,
     VARIANTS,
     P,
     user_row,
@@ -35,8 +35,8 @@ MADE_UP: dict[str, dict[str, float]] = {  # where the paper prints nothing, or n
     P: {"toe_velocity_error": 35.0, "rotational_error": 8.54}, PK: {"toe_velocity_error": 32.0}, POSE: {},
     COMBINED: {"toe_distance_error": 7.0, "toe_position_error": 6.0}, AUTOREGRESSIVE: {"exploded": 1.0, "toe_position_error": 40.0},
     UPRIGHT: {"rotational_error": 8.0, "toe_position_error": 6.0},
-    COMMONER: {"contact_accuracy": 60.0}, MEAN_POSE: {"rotational_error": 18.0, "toe_position_error": 26.0},
-    SHIPPED: {"contact_accuracy": 86.0, "rotational_error": 8.0, "toe_position_error": 6.0},
+    MAJORITY_CLASS: {"contact_accuracy": 60.0}, MEAN_POSE: {"rotational_error": 18.0, "toe_position_error": 26.0},
+    PRETRAINED: {"contact_accuracy": 86.0, "rotational_error": 8.0, "toe_position_error": 6.0},
 }  # fmt: skip
 OF_USERS = {
     "velocity": {"toe_position_growth": 1.0, "contact_accuracy": 80.0, "body_movement": 15.0, "toe_position_error": 8.0,
@@ -51,7 +51,7 @@ def paper_rows() -> Rows:
     """Return rows as the paper has them; seeds differ by 0.02 where it calls a difference insignificant, else not."""
     published = {variant.name: variant.published for variant in VARIANTS}
     values = {name: {**USED, **published.get(name, {}), **own} for name, own in MADE_UP.items()}
-    for height in HEIGHTS:
+    for height in USER_HEIGHTS_CM:
         for how, own in OF_USERS.items():
             values[user_row(height, how)] = {**TABLE_3.get((height, how), {}), **own}
     rows = []
@@ -68,7 +68,7 @@ def change(rows: Rows, row: str, measure: str, **value: float) -> Rows:
 
 
 def found(rows: Rows) -> dict[str, bool]:
-    return {one["finding"]: one["reproduced"] for one in find(rows)}
+    return {one["finding"]: one["reproduced"] for one in lobstr_findings(rows)}
 
 
 def test_the_paper_repeats_itself() -> None:
@@ -93,8 +93,8 @@ def test_the_paper_repeats_itself() -> None:
         (GRU, "toe_velocity_error", 36.0, "both terms together lower the error of their velocities"),
         (PK, "toe_position_error", 6.6, "least with all terms"),
         (PK, "rotational_error", 8.7, "do not touch the error of joint angles"),
-        (SHIPPED, "toe_position_error", 6.7, "beats the paper's mark"),
-        (COMMONER, "contact_accuracy", 90.0, "is better than always the commoner class"),
+        (PRETRAINED, "toe_position_error", 6.7, "beats the paper's mark"),
+        (MAJORITY_CLASS, "contact_accuracy", 90.0, "is better than always the commoner class"),
         (MEAN_POSE, "rotational_error", 5.0, "is better than the mean pose"),
         (COMBINED, "toe_distance_error", 9.0, "the combined representation is the best"),
         ("171 cm, pos-ori", "toe_distance_total", 4.0, "171 cm, worn trackers: velocities are better than positions"),

@@ -16,39 +16,44 @@ from eval.study.lobstr import six_point_baseline as lobstr_six_point
 from eval.study.lobstr import study as lobstr_study
 from eval.study.lobstr import test_sessions as lobstr_tests
 from eval.study.lobstr.study import LobstrRun
-from eval.study.lobstr.variants import COMMONER, GRU, HEIGHTS, MEAN_POSE, PK, SHIPPED, TRUTH, VARIANTS, P
+from eval.study.lobstr.variants import GRU, MAJORITY_CLASS, MEAN_POSE, PK, PRETRAINED, TRUTH, USER_HEIGHTS_CM, VARIANTS, P
 from tests.builders import as_bvh, lively
 from tests.eval.study.lobstr.lobstr_parts import network
 from trainers.supervised import cli as supervised
 from trainers.supervised.lobstr_config import LobstrConfig
 
-TINY = ("learner.batch=2", "model.hidden=8", "model.latent=4", "learner.half=false")
+TINY = ("learner.batch=2", "model.hidden=8", "model.latent=4", "learner.bfloat16=false")
 
 
 def config_of(row: str, seed: int, out: Path) -> LobstrConfig:
     variant = next(one for one in VARIANTS if one.name == row)
-    return lobstr_study._training(variant, seed, out, out).resolved()
+    return lobstr_study._training(variant, seed, out, out).resolve_config()
 
 
 def test_seeds_differ_in_nothing_but_the_seed(tmp_path: Path) -> None:
     one, other = (config_of(GRU, seed, tmp_path) for seed in (0, 1))
     assert replace(one, seed=1, name=other.name) == other
-    batches = -(-one.samples // (one.learner.batch * one.learner.predicted))
-    assert one.evaluate_every * lobstr_study.EVALUATIONS >= batches > one.evaluate_every * (lobstr_study.EVALUATIONS - 1)
+    batches = -(-one.samples // (one.learner.batch * one.learner.predicted_frames))
+    assert one.evaluate_every * lobstr_study.NUM_EVALUATIONS >= batches > one.evaluate_every * (lobstr_study.NUM_EVALUATIONS - 1)
 
 
 def test_networks_differ_in_what_their_row_says_alone(tmp_path: Path) -> None:
     configs = {variant.name: config_of(variant.name, 0, tmp_path) for variant in VARIANTS}
     ours = configs[GRU]
-    assert [configs[row].learner.kinematics for row in (P, PK, GRU)] == [0.0, 0.1, 0.1]
-    assert [configs[row].learner.velocity for row in (P, PK, GRU)] == [0.0, 0.0, 0.1]
+    assert [configs[row].learner.kinematics_weight for row in (P, PK, GRU)] == [0.0, 0.1, 0.1]
+    assert [configs[row].learner.velocity_weight for row in (P, PK, GRU)] == [0.0, 0.0, 0.1]
     assert [one.model.encoder for one in configs.values()] == ["fc", "cnn", "rnn", "lstm", *["gru"] * 7]
-    learners = [replace(one.learner, kinematics=0.1, velocity=0.1) for one in configs.values()]
+    learners = [replace(one.learner, kinematics_weight=0.1, velocity_weight=0.1) for one in configs.values()]
     same = [replace(one, name="any", model=ours.model, learner=own) for one, own in zip(configs.values(), learners, strict=True)]
     assert all(one == same[0] for one in same)
-    assert (ours.learner.noise, ours.learner.turned, ours.learner.displaced, ours.learner.contact) == (0.01, 1.5, 0.0, 1e-6)
+    assert (ours.learner.position_noise_m, ours.learner.rotation_noise_deg, ours.learner.placement_std_m, ours.learner.contact_weight) == (
+        0.01,
+        1.5,
+        0.0,
+        1e-6,
+    )
     assert not ours.data.mirror
-    assert (ours.data.synthetic, ours.data.takes) == (0, 1)
+    assert (ours.data.synthetic_sets, ours.data.tempo_takes) == (0, 1)
 
 
 @pytest.fixture
@@ -66,19 +71,19 @@ def recordings(tmp_path: Path) -> Path:
 @pytest.fixture
 def few_steps(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Make the study eleven trainings of two updates, and ship a network that learnt nothing."""
-    monkeypatch.setattr(lobstr_study, "SEEDS", 1)
-    monkeypatch.setattr(lobstr_study, "SAMPLES", 2 * 2 * 46)
-    monkeypatch.setattr(lobstr_study, "COMMON", (*lobstr_study.COMMON, *TINY))
-    monkeypatch.setattr(lobstr_study, "SHIPPED_LOBSTR", tmp_path / "lobstr.safetensors")
+    monkeypatch.setattr(lobstr_study, "NUM_SEEDS", 1)
+    monkeypatch.setattr(lobstr_study, "TRAINING_FRAMES", 2 * 2 * 46)
+    monkeypatch.setattr(lobstr_study, "COMMON_OVERRIDES", (*lobstr_study.COMMON_OVERRIDES, *TINY))
+    monkeypatch.setattr(lobstr_study, "PRETRAINED_LOBSTR", tmp_path / "lobstr.safetensors")
     monkeypatch.setattr(lobstr_study.os, "cpu_count", lambda: 1)
-    monkeypatch.setattr(lobstr_tests, "SITTERS", (1000, 1))
-    monkeypatch.setattr(lobstr_tests, "WEARINGS", 1)
-    monkeypatch.setattr(lobstr_examine, "LONG", 50)
+    monkeypatch.setattr(lobstr_tests, "SITTING_PERFORMERS", (1000, 1))
+    monkeypatch.setattr(lobstr_tests, "WEARINGS_PER_USER", 1)
+    monkeypatch.setattr(lobstr_examine, "FREE_RUN_FRAMES", 50)
     monkeypatch.setattr(lobstr_six_point, "HIDDEN_PER_MINUTE", 60.0)  # so that these short clips have some
     network().save(tmp_path / "lobstr.safetensors", {"frames": 1000, "hours": 0.5})
 
 
-class StopAfterOne(supervised.Stop):
+class StopAfterOne(supervised.StopSignal):
     """A training is asked to stop after its first update."""
 
     def __init__(self, say: Callable[[str], None]) -> None:
@@ -87,7 +92,7 @@ class StopAfterOne(supervised.Stop):
         self.looks = 0
 
     @property
-    def asked(self) -> bool:  # type: ignore[override]
+    def is_requested(self) -> bool:  # type: ignore[override]
         """Whether it is time to stop."""
         self.looks += 1
         return self.looks > 1
@@ -104,8 +109,8 @@ def test_an_interrupted_study_goes_on_and_leaves_its_tables(
             started.append((training.name, resume))
             with monkeypatch.context() as patch:
                 if len(started) == 2:  # the second training is interrupted
-                    patch.setattr(supervised, "Stop", StopAfterOne)
-                supervised.train(training.resolved(), resume)
+                    patch.setattr(supervised, "StopSignal", StopAfterOne)
+                supervised.train(training.resolve_config(), resume)
             if len(started) == 2:
                 raise KeyboardInterrupt
 
@@ -126,8 +131,10 @@ def check_table(out: Path) -> None:
     study = json.loads((out / "study.json").read_text())
     rows = {row["name"]: row for row in study["rows"]}
     assert study["study"] == "lobstr"
-    assert list(rows)[: len(VARIANTS) + 4] == [*(variant.name for variant in VARIANTS), COMMONER, MEAN_POSE, TRUTH, SHIPPED]
-    assert len(rows) == len(study["rows"]) == len(VARIANTS) + 4 + 11 * len(HEIGHTS)  # four networks twice, six points twice, the truth
+    assert list(rows)[: len(VARIANTS) + 4] == [*(variant.name for variant in VARIANTS), MAJORITY_CLASS, MEAN_POSE, TRUTH, PRETRAINED]
+    assert (
+        len(rows) == len(study["rows"]) == len(VARIANTS) + 4 + 11 * len(USER_HEIGHTS_CM)
+    )  # four networks twice, six points twice, the truth
     assert all(set(value) == {"mean", "std", "seeds"} for row in study["rows"] for value in row["ours"].values())
     assert all(isinstance(finding["reproduced"], bool) for finding in study["findings"])
     assert {row["ours"]["samples"]["mean"] for row in study["rows"][: len(VARIANTS)]} == {2 * 2 * 46}
@@ -136,7 +143,7 @@ def check_table(out: Path) -> None:
     assert rows["157 cm, six-point"]["ours"]["toe_position_error"]["mean"] < rows["157 cm, velocity"]["ours"]["toe_position_error"]["mean"]
     assert {"toe_distance_walk", "toe_distance_run", "toe_distance_sit_stand"} <= set(rows["171 cm, pos-ori"]["ours"])
     assert not {"contact_accuracy_carried"} & set(rows["FC-6"]["ours"])
-    assert rows[COMMONER]["ours"].keys() == {"contact_accuracy", "contact_accuracy_cmu", "contact_accuracy_bandai"}
+    assert rows[MAJORITY_CLASS]["ours"].keys() == {"contact_accuracy", "contact_accuracy_cmu", "contact_accuracy_bandai"}
 
 
 def check_page(out: Path) -> None:

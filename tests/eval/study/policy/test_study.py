@@ -15,9 +15,9 @@ from datasets.library.motion_library import ClipInfo, MotionLibrary
 from eval.study.cli import main
 from eval.study.policy import scores as policy_scores
 from eval.study.policy import study as policy_study
-from eval.study.policy.scores import score_policy, size_of
+from eval.study.policy.scores import data_size, score_policy
 from eval.study.policy.study import PolicyRun
-from eval.study.policy.test_clips import UnseenClips, half_of, link_half
+from eval.study.policy.test_clips import UnseenClips, choose_half, link_half
 from eval.study.policy.variants import CONFIGURATION, IMU, IMU_LARGE, MIXED, MIXTURE, OPTICAL, OURS, UNTRAINED
 from tests.builders import as_bvh, posed
 from trainers.algorithms.ppo_config import PpoConfig
@@ -37,8 +37,8 @@ def test_half_of_the_frames_are_chosen_in_turns_by_performer() -> None:
     # pieces of his second count as one: 700 and 400 (half is 350).
     clips = [info(f"ann_{n}", "ann", 100) for n in "123"]
     clips += [info("bob_1", "bob", 200), info("bob_2#1", "bob", 120), info("bob_2#2", "bob", 80)]
-    assert half_of(clips) == {"ann_1", "ann_3", "bob_2"}
-    assert half_of(reversed(clips)) == half_of(clips)
+    assert choose_half(clips) == {"ann_1", "ann_3", "bob_2"}
+    assert choose_half(reversed(clips)) == choose_half(clips)
 
 
 def prepared(training: list[ClipInfo], holdout: list[ClipInfo], weights: Sequence[float] = ()) -> PreparedMotions:
@@ -68,7 +68,7 @@ def test_half_is_linked_with_all_of_the_held_out_performer(tmp_path: Path) -> No
 def test_the_size_of_a_set_counts_what_is_drawn() -> None:
     # One recording in two pieces and one of a suit; the other suit's is never drawn: 2 recordings, 60 + 40 + 200 frames.
     clips = [info("a#1", "ann", 60), info("a#2", "ann", 40), info("b_suit", "ann", 200, "imu_suit"), info("a_suit", "ann", 100, "imu_suit")]
-    assert size_of(prepared(clips, [], (0.2, 0.2, 0.6, 0.0))) == {"assets": 2.0, "frames": 300.0}
+    assert data_size(prepared(clips, [], (0.2, 0.2, 0.6, 0.0))) == {"assets": 2.0, "frames": 300.0}
 
 
 def test_rollouts_of_all_folders_count_alike(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -78,7 +78,7 @@ def test_rollouts_of_all_folders_count_alike(monkeypatch: pytest.MonkeyPatch) ->
         length = library * np.ones(1 if library in (1.0, 0.5) else 3)
         return {name: length for name in (*policy_scores.MEASURES, "root_mse_truth")}
 
-    monkeypatch.setattr(policy_scores, "play", playing)
+    monkeypatch.setattr(policy_scores, "evaluate_rollouts", playing)
     nothing: Any = Rollouts(*np.zeros((4, 1), int))
     clips: list[tuple[str, bool, Any]] = [("cmu", True, 1.0), ("cmu", False, 0.5), ("bandai", True, 0.2), ("bandai", False, 0.1)]
     spec: Any = None
@@ -94,14 +94,14 @@ def test_rollouts_of_all_folders_count_alike(monkeypatch: pytest.MonkeyPatch) ->
 
 def config_of(row: str, seed: int, out: Path) -> PpoConfig:
     variant = next(one for one in (*MIXTURE, *CONFIGURATION) if one.name == row)
-    return policy_study._training(variant, seed, 300_000, out / ("all" if variant.large else "half"), "eve", out).resolved()
+    return policy_study._training(variant, seed, 300_000, out / ("all" if variant.uses_all_clips else "half"), "eve", out).resolve_config()
 
 
 def test_seeds_differ_in_nothing_but_the_seed(tmp_path: Path) -> None:
     one, other = (config_of(MIXED, seed, tmp_path) for seed in (0, 1))
     assert replace(one, seed=1, name=other.name) == other
     iterations = -(-one.samples // (one.collect.envs * one.collect.horizon))
-    assert one.evaluate_every * policy_study.EVALUATIONS >= iterations > one.evaluate_every * (policy_study.EVALUATIONS - 1)
+    assert one.evaluate_every * policy_study.NUM_EVALUATIONS >= iterations > one.evaluate_every * (policy_study.NUM_EVALUATIONS - 1)
 
 
 def test_configurations_differ_in_nothing_else(tmp_path: Path) -> None:
@@ -118,7 +118,7 @@ def test_data_sets_differ_in_share_and_size(tmp_path: Path) -> None:
     assert [Path(one.data.motions).name for one in configs] == ["half", "all", "half", "all", "half"]
     alike = {repr(replace(one, name="any", data=replace(one.data, suit_share=0.0, motions=""))) for one in configs}
     assert len(alike) == 1
-    assert configs[0].data.rewarded == "observed"
+    assert configs[0].data.reward_target == "observed"
 
 
 def test_published_values_are_those_of_table_4_4() -> None:
@@ -145,12 +145,12 @@ def recordings(tmp_path: Path) -> Path:
 @pytest.fixture
 def few_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     """Make the configuration study three trainings of two iterations of 16 steps."""
-    monkeypatch.setattr(policy_study, "SEEDS", 1)
-    monkeypatch.setattr(policy_study, "STEPS", 3 * 32)
-    monkeypatch.setattr(policy_study, "COMMON", (*policy_study.COMMON, *TINY))
+    monkeypatch.setattr(policy_study, "NUM_SEEDS", 1)
+    monkeypatch.setattr(policy_study, "TOTAL_CONTROL_STEPS", 3 * 32)
+    monkeypatch.setattr(policy_study, "COMMON_OVERRIDES", (*policy_study.COMMON_OVERRIDES, *TINY))
 
 
-class StopAfterOne(ppo.Stop):
+class StopAfterOne(ppo.StopSignal):
     """A training is asked to stop after its first iteration."""
 
     def __init__(self, say: Callable[[str], None]) -> None:
@@ -159,7 +159,7 @@ class StopAfterOne(ppo.Stop):
         self.looks = 0
 
     @property
-    def asked(self) -> bool:  # type: ignore[override]
+    def is_requested(self) -> bool:  # type: ignore[override]
         """Whether it is time to stop."""
         self.looks += 1
         return self.looks > 1
@@ -189,8 +189,8 @@ def test_an_interrupted_study_goes_on(few_steps: None, recordings: Path, tmp_pat
             started.append((training.name, resume))
             with monkeypatch.context() as patch:
                 if len(started) == 2:  # the second training is interrupted
-                    patch.setattr(ppo, "Stop", StopAfterOne)
-                ppo.train(training.resolved(), resume)
+                    patch.setattr(ppo, "StopSignal", StopAfterOne)
+                ppo.train(training.resolve_config(), resume)
             if len(started) == 2:
                 raise KeyboardInterrupt
 
@@ -206,7 +206,7 @@ def test_an_interrupted_study_goes_on(few_steps: None, recordings: Path, tmp_pat
 
 @pytest.mark.slow
 def test_the_mixture_study_starts_its_trainings(few_steps: None, recordings: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(policy_study, "STEPS", 5 * 32)
+    monkeypatch.setattr(policy_study, "TOTAL_CONTROL_STEPS", 5 * 32)
     out = tmp_path / "out"
     assert main(["mixture", "--out", str(out), "--data", str(recordings)]) == 0
     check_study(out, "mixture", [variant.name for variant in MIXTURE])

@@ -9,10 +9,10 @@ from configs.load import save_config
 from datasets.imu.sensor_model import SENSOR_BODIES
 from datasets.motion.clip import BodyMotion
 from eval.runs.training_spec import Training
-from eval.study.root.test_takes import Take
+from eval.study.root.test_takes import EvaluationTake
 from tests.builders import STANDING, posed
 from trainers.runs.checkpoint import save_checkpoint
-from trainers.runs.progress import Clock
+from trainers.runs.progress import RunClock
 from trainers.supervised.root_config import RootConfig
 
 
@@ -24,14 +24,14 @@ def gliding(name: str, kind: str, velocity: tuple[float, float, float], seconds:
     return replace(clip, root_position=root, fps=100.0, name=name, performer=name.split("_")[0], kind=kind, system=system)
 
 
-def take(clip: BodyMotion) -> Take:
+def take(clip: BodyMotion) -> EvaluationTake:
     """Return a clip as an optical system has it, without accelerations."""
-    return Take(clip, clip, np.zeros((len(clip), len(SENSOR_BODIES), 3)))
+    return EvaluationTake(clip, clip, np.zeros((len(clip), len(SENSOR_BODIES), 3)))
 
 
 def leave(training: Training[RootConfig], samples: int) -> None:
     """Leave what a run leaves after so many windows."""
     (training.folder / "best").mkdir(parents=True, exist_ok=True)
-    save_config(training.resolved(), training.folder / "config.yaml")
-    save_checkpoint(training.folder / "checkpoints", samples, {"clock": asdict(Clock(samples=samples, seconds=30.0))})
-    RootModel(training.resolved().model).save(training.network, {})
+    save_config(training.resolve_config(), training.folder / "config.yaml")
+    save_checkpoint(training.folder / "checkpoints", samples, {"clock": asdict(RunClock(samples=samples, seconds=30.0))})
+    RootModel(training.resolve_config().model).save(training.weights_path, {})

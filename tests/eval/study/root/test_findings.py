@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from eval.study.protocol.page import summarise_seeds
-from eval.study.root.findings import find
-from eval.study.root.variants import MODELS, ROOT3D_ALONE, ROOT3D_IMU, SHIPPED_IMU, SHIPPED_OPTICAL, UNET, UNET_RWI
+from eval.study.root.findings import root_findings
+from eval.study.root.variants import PRETRAINED_IMU, PRETRAINED_OPTICAL, ROOT3D_ALONE, ROOT3D_IMU, UNET, UNET_RWI, VARIANTS
 
 Rows = list[dict[str, Any]]
 
@@ -30,14 +30,14 @@ def thesis_rows() -> Rows:
         "u-net, vertical displacement": {"height_error_second_half": 8.0},
         ROOT3D_ALONE: {"e_mse": 0.1, "distance_ratio": 0.6},
         "Root3D, optical poses and accelerations": {"e_mse": 0.004},
-        SHIPPED_OPTICAL: {"e_mse_filtered": 0.004},
-        SHIPPED_IMU: {},
+        PRETRAINED_OPTICAL: {"e_mse_filtered": 0.004},
+        PRETRAINED_IMU: {},
         "motionless root": {"e_mse": 2.0},
         "the real walk, the suit's own root": {"walk_drift": 0.2, "walk_e_mse": 0.2, "walk_e_mse_turned": 0.002},
         "the real walk, foot contacts": {"walk_drift": 0.1, "walk_e_mse": 0.3, "walk_e_mse_turned": 0.003},
         **{f"CNN, {data}": {"end_error": 20.0, "sigma_f": 0.3, "sigma_l": 0.3} for data in ("all", "run-walk-idle")},
     }
-    published = {model.name: model.published for model in MODELS}
+    published = {model.name: model.published for model in VARIANTS}
     names = dict.fromkeys([*published, *changes])
     return [
         {"name": name, "ours": summarise_seeds([{**base, **changes.get(name, {})}]), "published": published.get(name, {})} for name in names
@@ -45,7 +45,7 @@ def thesis_rows() -> Rows:
 
 
 def test_the_thesis_repeats_itself() -> None:
-    found = find(thesis_rows())
+    found = root_findings(thesis_rows())
     assert [one["finding"] for one in found if not one["reproduced"]] == []
     assert len(found) >= 20
     json.dumps(found)
@@ -71,18 +71,18 @@ def test_the_thesis_repeats_itself() -> None:
         (ROOT3D_IMU, "stairs_error", 6.0, "few centimetres"),
         (ROOT3D_IMU, "walk_drift", 0.15, "ends nearer to the truth"),
         (ROOT3D_IMU, "walk_e_mse_turned", 0.0025, "turned onto it"),
-        (SHIPPED_IMU, "walk_e_mse_filtered", 0.25, "after its filters, stays nearer"),
-        (SHIPPED_OPTICAL, "e_mse_filtered", 0.005, "after its filters: e_mse is under that of the thesis"),
+        (PRETRAINED_IMU, "walk_e_mse_filtered", 0.25, "after its filters, stays nearer"),
+        (PRETRAINED_OPTICAL, "e_mse_filtered", 0.005, "after its filters: e_mse is under that of the thesis"),
     ],
 )
 def test_a_finding_that_the_numbers_contradict_is_not_reproduced(row: str, measure: str, value: float, says: str) -> None:
     rows = thesis_rows()
     next(one for one in rows if one["name"] == row)["ours"][measure]["mean"] = value
-    assert any(says in one["finding"] and not one["reproduced"] for one in find(rows))
+    assert any(says in one["finding"] and not one["reproduced"] for one in root_findings(rows))
 
 
 def test_a_difference_that_seeds_make_as_well_is_none() -> None:
     # 10 against 20 cm off, as the thesis found, but from seed to seed the latter changes by 11.
     rows = thesis_rows()
     next(one for one in rows if one["name"] == "u-net, root as target")["ours"]["end_error"]["std"] = 11.0
-    assert any("better target than the root" in one["finding"] and not one["reproduced"] for one in find(rows))
+    assert any("better target than the root" in one["finding"] and not one["reproduced"] for one in root_findings(rows))

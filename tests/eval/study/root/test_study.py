@@ -11,11 +11,11 @@ import pytest
 from datasets.imu.sensor_model import SENSOR_BODIES
 from eval.runs.training_spec import Training
 from eval.study.cli import main
-from eval.study.protocol.page import brief, summarise_seeds
+from eval.study.protocol.page import format_three_digits, summarise_seeds
 from eval.study.root import scores as root_scores
 from eval.study.root import study as root_study
 from eval.study.root import test_takes as root_tests
-from eval.study.root.variants import MODELS, ROOT3D_IMU, UNET
+from eval.study.root.variants import ROOT3D_IMU, UNET, VARIANTS
 from eval.study.suit.vicon_walk import RealWalk
 from tests.eval.study.root.root_study_parts import gliding, leave
 from trainers.supervised.root_config import RootConfig
@@ -27,16 +27,16 @@ def test_seeds_are_summarised_where_all_have_a_measure() -> None:
 
 
 def test_numbers_keep_three_digits() -> None:
-    assert [brief(x) for x in (200000.0, 123.4, 2.5, 0.00412, 0.0, None)] == ["200000", "123", "2.50", "0.00412", "0", "–"]  # noqa: RUF001
-    assert brief(-0.5) == "−0.500"  # noqa: RUF001
+    assert [format_three_digits(x) for x in (200000.0, 123.4, 2.5, 0.00412, 0.0, None)] == ["200000", "123", "2.50", "0.00412", "0", "–"]  # noqa: RUF001
+    assert format_three_digits(-0.5) == "−0.500"  # noqa: RUF001
 
 
 def test_seeds_differ_in_nothing_but_the_seed(tmp_path: Path) -> None:
-    configs = [root_study._training(MODELS[0], seed, tmp_path, tmp_path).resolved() for seed in (0, 1)]
+    configs = [root_study._training(VARIANTS[0], seed, tmp_path, tmp_path).resolve_config() for seed in (0, 1)]
     assert [one.seed for one in configs] == [0, 1]
     assert replace(configs[0], seed=1, name=configs[1].name) == configs[1]
     every = configs[0].evaluate_every * configs[0].learner.batch
-    assert every * root_study.EVALUATIONS >= configs[0].samples > every * (root_study.EVALUATIONS - 1)
+    assert every * root_study.NUM_EVALUATIONS >= configs[0].samples > every * (root_study.NUM_EVALUATIONS - 1)
 
 
 @pytest.fixture
@@ -45,7 +45,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def leave_all(trainings: list[Training[RootConfig]], _: object) -> None:
         for training in trainings:
-            leave(training, training.resolved().samples)
+            leave(training, training.resolve_config().samples)
 
     jump = gliding("cmu_jump", "jump", (1.0, 0.0, 0.0))
     root = jump.root_position.copy()
@@ -58,14 +58,14 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     ]
     walk = RealWalk(clips[0], np.zeros((len(clips[0]), len(SENSOR_BODIES), 3)), clips[0].root_position, ("pelvis",))
     row = {"recording": "mvnx", "body": "head", "real_rms": 2.0, "simulated_rms": 3.0, "difference_rms": 1.0, "correlation": 0.9}
-    monkeypatch.setattr(root_study, "SEEDS", 1)
+    monkeypatch.setattr(root_study, "NUM_SEEDS", 1)
     monkeypatch.setattr(root_study, "_train", leave_all)
     monkeypatch.setattr(root_study, "check_recordings", lambda *_: None)
-    monkeypatch.setattr(root_study, "unseen_clips", lambda _: clips)
-    monkeypatch.setattr(root_study, "real_walk", lambda _: walk)
+    monkeypatch.setattr(root_study, "load_unseen_clips", lambda _: clips)
+    monkeypatch.setattr(root_study, "load_real_walk", lambda _: walk)
     monkeypatch.setattr(root_study, "compare_accelerations", lambda _: [row])
-    monkeypatch.setattr(root_tests, "SUITS", 1)
-    monkeypatch.setattr(root_scores, "LONG", 1.0)
+    monkeypatch.setattr(root_tests, "SUITS_PER_CLIP", 1)
+    monkeypatch.setattr(root_scores, "MIN_LONG_CLIP_S", 1.0)
 
 
 def test_the_study_leaves_its_table_and_a_page(small: None, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -79,7 +79,7 @@ def test_the_study_leaves_its_table_and_a_page(small: None, tmp_path: Path, caps
     assert all(set(value) == {"mean", "std", "seeds"} for row in study["rows"] for value in row["ours"].values())
     assert all(isinstance(finding["reproduced"], bool) for finding in study["findings"])
     assert rows[UNET]["published"]["sigma_f"] == 0.191
-    assert rows[UNET]["ours"]["samples"]["mean"] == root_study.SAMPLES["planar"]
+    assert rows[UNET]["ours"]["samples"]["mean"] == root_study.TRAINING_WINDOWS["planar"]
     assert rows[UNET]["ours"]["minutes"]["mean"] == 0.5  # the 30 s of the checkpoint
     assert rows["motionless root"]["ours"]["drift"]["mean"] == pytest.approx(1.0)
     assert rows["accelerations, mvnx: head"]["ours"]["correlation"]["mean"] == 0.9

@@ -12,7 +12,7 @@ from tests.eval.clean.clean_parts import SPEC, shrink_crowd, standing, untrained
 
 def test_who_stands_is_near_and_slides_no_faster_than_the_recording_allows(monkeypatch: pytest.MonkeyPatch) -> None:
     shrink_crowd(monkeypatch)
-    found = search_study.perform_clip_by(untrained(), SPEC, standing(60), 0.5, 1)
+    found = search_study.measure_search(untrained(), SPEC, standing(60), 0.5, 1)
     assert set(found) == set(search_study.MEASURES)
     assert found["body_error"] < 30.0
     assert found["restarts"] == 0.0
@@ -26,10 +26,10 @@ def test_the_study_judges_the_share_in_use(monkeypatch: pytest.MonkeyPatch, tmp_
         off = {0.0: 40.0, 0.25: 35.0, 0.5: 30.0, 0.75: 33.0, 1.0: 29.0}[residual] + interval - 1
         return dict.fromkeys(search_study.MEASURES, 0.0) | {"body_error": off, "stance_skate": 2.0, "recorded_skate": 1.5}
 
-    for name in (name for each in search_study.CLIPS.values() for name in each):
+    for name in (name for each in search_study.TEST_CLIPS.values() for name in each):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).touch()
-    monkeypatch.setattr(search_study, "perform_clip_by", perform)
+    monkeypatch.setattr(search_study, "measure_search", perform)
     monkeypatch.setattr(search_study, "load_clips", lambda _: [standing(30)])
     assert study.main(["search", "--out", str(tmp_path / "out"), "--data", str(tmp_path)]) == 0
     found = json.loads((tmp_path / "out" / "study.json").read_text())

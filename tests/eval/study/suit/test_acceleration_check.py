@@ -7,17 +7,17 @@ import pytest
 
 from datasets.imu.recording import ImuRecording
 from datasets.imu.suit_simulation import simulate_suit
-from eval.study.suit.acceleration_check import compare, compare_accelerations
+from eval.study.suit.acceleration_check import compare_accelerations, compare_recording
 from tests.builders import lively
 
 
 def test_what_was_simulated_with_an_offset_differs_by_it() -> None:
     clip = lively()
     simulated = simulate_suit(clip, 3).accelerations
-    rows = compare("twin", ImuRecording(clip, simulated + np.array([3.0, 0.0, 4.0]), ("pelvis", "hand_r")), 3)
+    rows = compare_recording("twin", ImuRecording(clip, simulated + np.array([3.0, 0.0, 4.0]), ("pelvis", "hand_r")), 3)
     assert [row["body"] for row in rows] == ["pelvis", "hand_r", "all"]
     assert all(row["difference_rms"] == pytest.approx(5.0) for row in rows)  # 3, 4, 5
-    same = compare("same", ImuRecording(clip, simulated, ("pelvis",)), 3)[0]
+    same = compare_recording("same", ImuRecording(clip, simulated, ("pelvis",)), 3)[0]
     assert (same["difference_rms"], same["correlation"]) == (0.0, pytest.approx(1.0))
     assert same["real_rms"] == same["simulated_rms"] == pytest.approx(np.sqrt(np.mean(simulated[:, 0] ** 2) * 3))
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from datasets.motion.rotation import about_axis, multiply, normalise
+from datasets.motion.rotation import from_axis_angle, multiply, normalise
 from eval.study.cli import main
-from eval.study.suit.study import real_rest, unexplained_angles
+from eval.study.suit.study import real_rest_noise, residual_angles
 
 X, Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
@@ -16,19 +16,19 @@ X, Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 def wobble(frames: int = 200) -> np.ndarray:
     """Return orientations (T, 4) that turn about all axes."""
     t = np.arange(frames) / 100.0
-    return multiply(about_axis(Z, np.sin(3 * t)), about_axis(X, np.cos(5 * t)))
+    return multiply(from_axis_angle(Z, np.sin(3 * t)), from_axis_angle(X, np.cos(5 * t)))
 
 
 def test_constant_rotations_explain_themselves() -> None:
     """A sensor mounted askew in a world turned by a constant is right: nothing remains."""
     mounting, world = normalise(np.array([0.3, 0.5, -0.2, 0.7])), normalise(np.array([0.9, 0.1, 0.3, -0.2]))
-    assert unexplained_angles(multiply(multiply(world, wobble()), mounting), wobble()) == pytest.approx(0.0, abs=1e-4)
+    assert residual_angles(multiply(multiply(world, wobble()), mounting), wobble()) == pytest.approx(0.0, abs=1e-4)
 
 
 def test_a_step_in_heading_remains() -> None:
     """A heading that jumps by 10 degrees half-way leaves 5 degrees on either side of the best constant."""
     jump = np.where(np.arange(200) < 100, 0.0, np.radians(10.0))
-    remains = unexplained_angles(multiply(about_axis(Z, jump), wobble()), wobble())
+    remains = residual_angles(multiply(from_axis_angle(Z, jump), wobble()), wobble())
     assert remains.mean() == pytest.approx(5.0, abs=0.3)
 
 
@@ -45,7 +45,7 @@ def test_missing_recordings_are_named(tmp_path: Path, capsys: pytest.CaptureFixt
 @pytest.mark.shared_data
 def test_real_sensors_at_rest(shared_data: Path) -> None:
     """The 16 sensors on limbs and torso show milliradians per second and centimetres per second squared of noise."""
-    rest = real_rest(shared_data)
+    rest = real_rest_noise(shared_data)
     assert 1e-3 < np.median(rest["gyroscope_noise"]) < 1e-2
     assert 1e-2 < np.median(rest["accelerometer_noise"]) < 1e-1
 
