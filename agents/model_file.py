@@ -1,4 +1,4 @@
-"""A network on disk: its weights, its shape and a model card in one safetensors file, written whole or not at all."""
+"""Model files: weights, shape and model card of a network in one safetensors file, written atomically."""
 
 import json
 from collections.abc import Callable
@@ -19,19 +19,19 @@ def save_network(network: nn.Module, path: Path, shape: dict[str, Any], card: di
     """Write a network.
 
     Args:
-        network: All of its parameters and buffers are written.
+        network: Network, of which all parameters and buffers are written.
         path: File to write.
         shape: JSON values that the network is built from.
-        card: JSON values that say what it is and what it was trained on.
+        card: Model card: JSON values about the network and its training.
 
     Raises:
-        OSError: If that could not be; a file that was there stays.
+        OSError: If the file could not be written; an existing file stays.
     """
     weights = {name: tensor.contiguous() for name, tensor in network.state_dict().items()}
     try:
         with atomic_write(path) as temporary:
             save_file(weights, temporary, metadata={"shape": json.dumps(shape), "card": json.dumps(card)})
-    except SafetensorError as error:  # such as a full disk; the values themselves are known to be good
+    except SafetensorError as error:  # such as a full disk; the values themselves are valid
         raise OSError(f"{path} could not be written: {error}") from error
 
 
@@ -40,19 +40,19 @@ def load_network(path: Path, build: Callable[..., N], what: str, where: str) -> 
 
     Args:
         path: File to read.
-        build: Takes the shape's values as keywords and returns a network without its weights.
-        what: It is called, such as "policy".
-        where: A user finds one.
+        build: Returns an untrained network from the shape's values as keywords.
+        what: Kind of network for error messages, such as "policy".
+        where: Hint for error messages where a user finds one.
 
     Raises:
-        InputError: If there is no such file, or it holds no such network.
+        InputError: If there is no such file, or it does not hold such a network.
     """
     if not path.is_file():
         raise InputError(f"there is no {what} at {path}; {where}")
     try:
         with safe_open(path, framework="pt") as file:
             metadata = file.metadata() or {}
-            weights = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 (no mapping)
+            weights = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 (not a mapping)
         network = build(**json.loads(metadata["shape"]))
         network.load_state_dict(weights)
         return network, json.loads(metadata["card"])

@@ -1,4 +1,4 @@
-"""How every command of the project ends."""
+"""Exit codes and error lines of every command of the project."""
 
 import sys
 from collections.abc import Callable
@@ -7,9 +7,9 @@ from configs.errors import InputError, RunError
 
 
 def run_command(command: Callable[[], None]) -> int:
-    """Run a command and return its exit code: 0, 130 for Ctrl-C, after one line of error 2 for bad input or 1 for a run that failed.
+    """Run a command and return its exit code: 0, 130 for Ctrl-C; after one line of error 2 for bad input, 1 for a failed run.
 
-    Anything else that goes wrong is a fault of the program: its traceback is shown and Python exits with 1.
+    Any other exception is a fault of the program: Python shows its traceback and exits with 1.
     """
     try:
         command()

@@ -1,4 +1,4 @@
-"""Reads a YAML file and command-line overrides into a frozen dataclass; a typing error becomes one clear line."""
+"""Reading of YAML files and command-line overrides into frozen dataclasses; a mistake in them becomes one clear line."""
 
 import sys
 from dataclasses import MISSING, Field, field, fields, is_dataclass
@@ -16,12 +16,17 @@ from configs.source_code import PROJECT_ROOT
 
 T = TypeVar("T")
 
-CONFIG_DIR = PROJECT_ROOT / "configs"  # where the package's own are
+CONFIG_DIR = PROJECT_ROOT / "configs"  # folder of the package's own config files
 
 
 def formerly(old_key: str, default: Any) -> Any:
-    """Return a dataclass field with a default, under whose old key config files of earlier versions are still read."""
+    """Return a dataclass field with a default that is also read from its old key in config files of earlier versions."""
     return field(default=default, metadata={"formerly": old_key})
+
+
+def former_key(cls: Any, key: str) -> str:
+    """Return the key that a field of a dataclass had in earlier versions; its own if that never changed."""
+    return next((one.metadata.get("formerly", key) for one in fields(cls) if one.name == key), key)
 
 
 def load_config(cls: type[T], path: Path, overrides: list[str] | None = None) -> T:
@@ -29,12 +34,14 @@ def load_config(cls: type[T], path: Path, overrides: list[str] | None = None) ->
 
     Args:
         cls: Frozen dataclass, possibly of dataclasses, with a default for every field.
-        path: YAML file; keys that it leaves out keep their defaults.
-        overrides: Such as ``learner.learning_rate=1e-4``.
+        path: YAML file, or the name of one of the package's own; keys that it leaves out keep their defaults.
+        overrides: Overrides of keys, such as ``learner.learning_rate=1e-4``.
 
     Raises:
         InputError: If the file is missing or no YAML, a key is unknown, or a value is bad.
     """
+    if not path.is_file() and path.parent in (Path(), Path(CONFIG_DIR.name)) and (CONFIG_DIR / path.name).is_file():
+        path = CONFIG_DIR / path.name  # the package's own, from wherever the command is called
     if not path.is_file():
         known = ", ".join(sorted(p.name for p in CONFIG_DIR.glob("*.yaml")))
         raise InputError(f"there is no config file {path}; the project's own in configs/ are {known}")
@@ -57,7 +64,7 @@ def load_config(cls: type[T], path: Path, overrides: list[str] | None = None) ->
 
 
 def read_value(path: Path, key: str) -> object:
-    """Return the value of a key at the top of a YAML file; None where there is no such key, or no such file of YAML."""
+    """Return the value of a top-level key of a YAML file; None if there is no such key, or no such file of YAML."""
     try:
         written = OmegaConf.load(path)
         return written.get(key) if isinstance(written, DictConfig) else None
@@ -69,7 +76,7 @@ def save_config(config: Any, path: Path) -> None:
     """Write a resolved config as YAML.
 
     Raises:
-        InputError: If it cannot be written there.
+        InputError: If the file cannot be written.
     """
     try:
         with atomic_write(path) as temporary:
@@ -79,16 +86,16 @@ def save_config(config: Any, path: Path) -> None:
 
 
 def _replace_old_keys(cls: Any, given: object, prefix: str, where: str) -> None:
-    """Give keys of earlier versions the names that the dataclass has for them now, saying so; drop keys that are gone and had no effect.
+    """Rename keys of earlier versions in a table, with a line on stderr for each; drop removed keys that had no effect.
 
     Args:
-        cls: Dataclass; fields of ``formerly`` know their old key, ``REMOVED_KEYS`` maps keys that are gone to the value that had no effect.
+        cls: Dataclass; its fields of ``formerly`` hold their old keys, its ``REMOVED_KEYS`` the values of removed keys without effect.
         given: Table that was read; changed in place.
-        prefix: Keys that lead to the table, each with a dot.
-        where: What was read, for messages.
+        prefix: Keys that lead to the table, each followed by a dot.
+        where: Source of the table, for messages.
 
     Raises:
-        InputError: If an old key stands beside the new one, or one that is gone had an effect.
+        InputError: If an old key stands beside the new one, or a removed one has another value.
     """
     if not isinstance(given, DictConfig):
         return
@@ -116,7 +123,7 @@ def _default(one: Field[Any]) -> object:
 
 
 def _check_keys(cls: Any, given: object, prefix: str, where: str) -> None:
-    """Raise for the first key that the dataclass does not have, naming its nearest neighbour."""
+    """Raise InputError for the first key that the dataclass lacks, with the most similar key that it has."""
     known = {field.name: field for field in fields(cls)}
     if not isinstance(given, DictConfig):
         raise InputError(f"{where}: {prefix.rstrip('.') or 'the file'} should be a table of keys and values")

@@ -1,10 +1,10 @@
-"""Which of the project's files a module's results depend on: what it imports, directly or not."""
+"""Source files of the project on which a module's results depend: those that it imports, directly or not."""
 
 import ast
 from collections.abc import Iterator
 from pathlib import Path
 
-PROJECT_ROOT = Path(__file__).parents[1]  # the folder that holds the packages, and of a checkout everything else
+PROJECT_ROOT = Path(__file__).parents[1]  # folder that holds the packages, and in a checkout everything else
 PACKAGES = ("agents", "configs", "datasets", "envs", "eval", "trainers")
 
 
@@ -30,7 +30,7 @@ def direct_imports(file: Path, root: Path = PROJECT_ROOT) -> Iterator[Path]:
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
-            names = [f"{node.module}.{alias.name}" for alias in node.names]  # of a module or of a name in one
+            names = [f"{node.module}.{alias.name}" for alias in node.names]  # a module, or a name in one
         else:
             continue
         for name in names:
@@ -39,7 +39,7 @@ def direct_imports(file: Path, root: Path = PROJECT_ROOT) -> Iterator[Path]:
 
 
 def _files_of(name: str, root: Path) -> Iterator[Path]:
-    """Yield the file of a module, or of the module that a dotted name stands in, and those of the packages around it."""
+    """Yield the file of a module, or of the module that holds a dotted name, and the files of the packages around it."""
     parts = name.split(".")
     for length in range(1, len(parts) + 1):
         path = root.joinpath(*parts[:length])

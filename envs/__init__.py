@@ -1,4 +1,4 @@
-"""The mimicking task; importing this package registers ``AdaptMimic-v0`` with Gymnasium."""
+"""Mimicking task; importing this package registers ``AdaptMimic-v0`` with Gymnasium."""
 
 from importlib.util import find_spec
 

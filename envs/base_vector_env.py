@@ -1,4 +1,4 @@
-"""What every vector env is made of, whatever its arrays: N humanoids on their references, a control step at a time."""
+"""Base class of the vector envs, NumPy or torch: N humanoids on their references, advanced by a control step at a time."""
 
 from collections.abc import Callable
 from typing import Any
@@ -21,17 +21,18 @@ from envs.mimic.start_sampling import StartSampler
 from envs.mimic.step_outcome import StepOutcome, evaluate_step
 from envs.physics.inverse_dynamics import with_feed_forward
 from envs.physics.protocol import FRAMES_PER_STEP
+from envs.world_state import WorldState
 
-OBSERVATION_LIMIT = 1e5  # m or m/s: more than bodies can reach while no degree of freedom exceeds the physics' MAX_SPEED
+OBSERVATION_LIMIT = 1e5  # m or m/s: more than bodies can reach while no degree of freedom exceeds MAX_DOF_SPEED of the physics
 
 
 class MimicVectorEnvBase(VectorEnv):
-    """The base of the vector envs: owns clocks, actions and metrics; who inherits resets worlds and draws random numbers.
-
-    Whoever trains may set ``assist``, the largest force [body weights] of an invisible hand that leads the root; nobody else ever does.
+    """Base of the vector envs: owns world state, metrics and the control step; subclasses reset worlds and draw random numbers.
 
     Attributes:
-        physics_failures: Worlds in which physics failed until now.
+        physics: Physics backend, see ``envs.physics.protocol``.
+        physics_failures: Number of worlds in which physics failed until now.
+        assist_force_bw: Largest assisting force on the root [body weights]; 0 but in trainings that set it.
     """
 
     physics: Any
@@ -47,7 +48,16 @@ class MimicVectorEnvBase(VectorEnv):
         adaptive_starts: bool,
         to_device: Callable[[np.ndarray], Array],
     ) -> None:
-        """Lay out the worlds; the arguments are those of the vector envs, and ``to_device``, which puts arrays where the work is done.
+        """Lay out the worlds.
+
+        Args:
+            library: Reference motion at 60 fps.
+            num_envs: Number of worlds N.
+            task: Variant of the task, the thesis's by default.
+            autoreset_mode: When worlds that ended are reset.
+            clip_weights: Sampling weight of each clip, shape (clips,); by length if None.
+            adaptive_starts: Whether episodes begin more often where they fail.
+            to_device: Puts an array on the device of the env.
 
         Raises:
             ValueError: If the library's rate is not 60 fps.
@@ -69,85 +79,98 @@ class MimicVectorEnvBase(VectorEnv):
         self._actuation = Actuation(self.task)
         self._preview_frames = to_device(FRAMES_PER_STEP * np.array(self.task.preview, dtype=int))
         starts = np.array([clip.start for clip in library.clips])
-        self._clip_start, self._clip_end = (
-            to_device(starts),
-            to_device(starts + [clip.frames - 1 for clip in library.clips]),
-        )  # rows of each clip
+        ends = starts + [clip.frames - 1 for clip in library.clips]
+        self._clip_start, self._clip_end = to_device(starts), to_device(ends)  # first and last row of each clip
         self._metrics = EpisodeMetrics(num_envs, to_device)
-        self._clip, self._first, self._row, self._last = (to_device(np.zeros(num_envs, dtype=int)) for _ in range(4))  # rows of the library
-        self._anchor = to_device(np.zeros((num_envs, 3), dtype=np.float32))
-        self._action = to_device(np.zeros((num_envs, self.task.action_size), dtype=np.float32))
+        self._state = WorldState.zeros(num_envs, self.task.action_size, to_device)
         self.assist_force_bw, self._is_wrench_set = 0.0, False
 
     @property
     def library_rows(self) -> Array:
-        """Rows of the library where the worlds' references are now, shape (N,)."""
-        return self._row
+        """Rows of the library where the references of the worlds are now, shape (N,)."""
+        return self._state.row
 
     @property
     def episode_steps(self) -> Array:
-        """Control steps that the episodes can last at most, shape (N,)."""
-        return (self._last - self._first) // FRAMES_PER_STEP
+        """Largest number of control steps of each episode, shape (N,)."""
+        return (self._state.last_row - self._state.first_row) // FRAMES_PER_STEP
 
     def _advance(self, raw_action: Array, invalid: Array | bool = False) -> tuple[Array, StepOutcome, dict[str, Any]]:
         """Advance every world by one control step.
 
         Args:
-            raw_action: Actions in [-1, 1], shape (N, A).
-            invalid: Worlds that fail whatever physics says, shape (N,).
+            raw_action: Actions in [-1, 1] before smoothing, shape (N, A).
+            invalid: Whether each world fails regardless of physics, shape (N,).
 
         Returns:
             Observations (N, O), the outcome, and the info: reward terms by name (N,) and ``physics_failed`` (N,).
         """
-        previous_action, self._action = self._action, self._actuation.smooth(raw_action, self._action)
-        if self.assist_force_bw or self._is_wrench_set:  # a force acts until another is told
-            self.physics.set_root_wrench(
-                root_assist_wrench(self.physics.bodies(), self.library.at(self._row).observed, self.assist_force_bw)
-            )
+        before = self._state
+        action = self._actuation.smooth(raw_action, before.action)
+        if self.assist_force_bw or self._is_wrench_set:  # a wrench acts until another one is set
+            observed = self.library.at(before.row).observed
+            self.physics.set_root_wrench(root_assist_wrench(self.physics.bodies(), observed, self.assist_force_bw))
             self._is_wrench_set = self.assist_force_bw > 0.0
-        end = self._clip_end[self._clip]
-        self._row = array_namespace(end).minimum(self._row + FRAMES_PER_STEP, end)  # a world left ended holds the last frame
-        reference = self.library.at(self._row)
+        end = self._clip_end[before.clip]
+        row = array_namespace(end).minimum(before.row + FRAMES_PER_STEP, end)  # a world that ended and was not reset holds the last frame
+        self._state = before._replace(row=row, action=action)
+        reference = self.library.at(row)
         angles = self.library.feed_forward if self.task.feed_forward else None
-        told = None if angles is None else angles[self._row]
-        failed = self.physics.step(self._actuation.pd_targets(reference.observed, self._action, told)) | invalid
+        feed_forward = None if angles is None else angles[row]
+        failed = self.physics.step(self._actuation.pd_targets(reference.observed, action, feed_forward)) | invalid
         self.physics_failures += failed.sum()
         agent = self.physics.bodies()
-        outcome = evaluate_step(
-            self.task, agent, reference, self._action - previous_action, failed, self._row + FRAMES_PER_STEP > self._last
-        )
-        roots = outcome.root_position, reference.observed.pos[:, 0], reference.truth_root + self._anchor
+        outcome = evaluate_step(self.task, agent, reference, action - before.action, failed, row + FRAMES_PER_STEP > before.last_row)
+        roots = outcome.root_position, reference.observed.pos[:, 0], reference.truth_root + before.anchor
         self._metrics.add(outcome.imitation_reward, *roots, body_error(agent, reference.observed))
         info = {f"reward/{name}": term for name, term in outcome.reward_terms._asdict().items()} | {"physics_failed": failed}
         return self._observe(agent, reference), outcome, info
 
     def _observe(self, agent: BodyState, reference: Reference, worlds: Array | slice = slice(None)) -> Array:
-        """Return the observations of worlds, of all by default, from their bodies and references."""
-        ahead = preview(self.library, self._row[worlds], self._clip_end[self._clip[worlds]], self._preview_frames)
-        return observe(self.task, agent, reference.observed, self._action[worlds], ahead)
+        """Return the observations (n, O) of worlds, of all by default, from their bodies and references."""
+        preview_pos = preview(self.library, self._state.row[worlds], self._clip_end[self._state.clip[worlds]], self._preview_frames)
+        return observe(self.task, agent, reference.observed, self._state.action[worlds], preview_pos)
 
-    def _learn_starts(self, worlds: Array | slice, terminated: Array, counted: Array) -> None:
-        """Let the sampler learn from the episodes of worlds, those counted; both arguments (n,)."""
-        begin = self._clip_start[self._clip[worlds]]
-        self.start_sampler.record(self._clip[worlds], self._first[worlds] - begin, self._row[worlds] - begin, terminated, counted)
+    def _start_states(self, clip: Array, frame: Array, max_frames: Array | int) -> tuple[WorldState, Reference]:
+        """Return the states of worlds at the start of an episode, and their references.
+
+        Args:
+            clip: Indices of the clips, shape (n,).
+            frame: Frames within them, shape (n,).
+            max_frames: Largest number of frames of each episode, shape (n,) or one for all.
+        """
+        row, end = self._clip_start[clip] + frame, self._clip_end[clip]
+        start, xp = self.library.at(row), array_namespace(end)
+        anchor = start.observed.pos[:, 0] - start.truth_root
+        last_row, action = xp.minimum(row + max_frames, end), xp.zeros_like(self._state.action[: len(row)])
+        return WorldState(clip, row, row, last_row, anchor, action), start
+
+    def _learn_starts(self, worlds: Array | slice, terminated: Array, finished: Array) -> None:
+        """Record the outcomes of episodes with the start sampler.
+
+        Args:
+            worlds: Worlds of the episodes.
+            terminated: Whether each ended in failure, shape (n,).
+            finished: Whether each ended at all; others are not recorded, shape (n,).
+        """
+        clip, first_row, row = (part[worlds] for part in (self._state.clip, self._state.first_row, self._state.row))
+        begin = self._clip_start[clip]
+        self.start_sampler.record(clip, first_row - begin, row - begin, terminated, finished)
 
     def _tracking(self) -> dict[str, Array]:
-        """Return the tracking metrics of all episodes until now, each (N,)."""
-        return self._metrics.compute(slice(None), self._last - self._first)
+        """Return the tracking metrics of the running episodes by name, each of shape (N,)."""
+        return self._metrics.compute(slice(None), self._state.last_row - self._state.first_row)
 
     def _arrays(self) -> dict[str, Array]:
-        """Return what the future of this env depends on beside physics and random numbers, by name."""
+        """Return the arrays of the env's state by checkpoint key; physics and random numbers are not among them."""
         return {
-            "clocks": array_namespace(self._row).stack([self._clip, self._first, self._row, self._last]),
-            "anchor": self._anchor,
-            "action": self._action,
+            **self._state.arrays(),
             "sums": self._metrics.sums,
             "failure_rate": self.start_sampler.failure_rate,
         }
 
     def _set_arrays(self, arrays: dict[str, Array]) -> None:
-        """Go back to what ``_arrays`` returned."""
-        self._clip, self._first, self._row, self._last = arrays["clocks"]
-        self._anchor, self._action = arrays["anchor"], arrays["action"]
+        """Restore the arrays that ``_arrays`` returned."""
+        self._state = WorldState.from_arrays(arrays)
         self._metrics.sums, self.start_sampler.failure_rate = arrays["sums"], arrays["failure_rate"]
-        self._is_wrench_set = True  # maybe: forces are part of the state
+        self._is_wrench_set = True  # possibly: wrenches are part of the physics' state

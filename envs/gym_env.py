@@ -1,4 +1,4 @@
-"""``AdaptMimic-v0`` for other RL code: one humanoid, a batch of one of the native vector env."""
+"""Single env ``AdaptMimic-v0`` for other RL code: a batch of one of the native vector env."""
 
 from functools import lru_cache
 from typing import Any
@@ -25,16 +25,16 @@ from envs.vector_env import AdaptMimicVectorEnv
 
 @lru_cache(maxsize=4)
 def load_motion_library(motions: str) -> MotionLibrary:
-    """Return the packed clips of a motion source: a BVH file, a folder of them, or the word ``synthetic``."""
+    """Return the packed clips of a motion source: a BVH file, a folder of BVH files, or the word ``synthetic``."""
     return MotionLibrary.from_clips([clip for clip in load_clips(motions) if clip.kind not in ROUGH_GROUND_KINDS])
 
 
 def make_vector_env(num_envs: int = 1, motions: str | MotionLibrary = "synthetic", threads: int = 1, **spec: Any) -> AdaptMimicVectorEnv:
-    """Return the native vector env; what ``gymnasium.make_vec("envs:AdaptMimic-v0")`` calls.
+    """Return the native vector env, as ``gymnasium.make_vec("envs:AdaptMimic-v0")`` does.
 
     Args:
         num_envs: Number of worlds.
-        motions: Motion source, or a library packed before.
+        motions: Motion source, or a packed library.
         threads: Native threads that step the worlds.
         **spec: Fields of ``MimicSpec``.
     """
@@ -72,7 +72,7 @@ class AdaptMimicEnv(gym.Env):  # noqa: D101 (its docstring is made from the spec
         """Build one simulation.
 
         Args:
-            motions: Motion source, or a library packed before.
+            motions: Motion source, or a packed library.
             render_mode: None or "rgb_array".
             **spec: Fields of ``MimicSpec``.
         """
@@ -85,14 +85,14 @@ class AdaptMimicEnv(gym.Env):  # noqa: D101 (its docstring is made from the spec
         self._renderer: mujoco.Renderer | None = None
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[np.ndarray, dict[str, Any]]:
-        """Begin an episode; ``options`` may name the ``clip`` (index) and ``frame`` where it begins."""
+        """Begin an episode; ``options`` may hold ``clip`` (index) and ``frame``, where it begins."""
         super().reset(seed=seed)
         chosen = {key: np.array([value]) for key, value in (options or {}).items()}
         observation, info = self.batch.reset(seed=seed, options=chosen)
         return observation[0], info
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
-        """Advance by 1/30 s; the info holds the reward's terms and, at the end, ``tracking``, the episode's metrics."""
+        """Advance by 1/30 s; the info holds the reward terms and, at the end, ``tracking``, the metrics of the episode."""
         observation, reward, terminated, truncated, batch_info = self.batch.step(action[None])
         info: dict[str, Any] = {name: value[0] for name, value in batch_info.items() if name.startswith("reward/")}
         info["physics_failed"] = bool(batch_info["physics_failed"][0])
@@ -101,7 +101,7 @@ class AdaptMimicEnv(gym.Env):  # noqa: D101 (its docstring is made from the spec
         return observation[0], float(reward[0]), bool(terminated[0]), bool(truncated[0]), info
 
     def render(self) -> np.ndarray | None:
-        """Return a picture of the humanoid, shape (480, 640, 3), in mode "rgb_array"; None otherwise."""
+        """Return an image of the humanoid, shape (480, 640, 3), in mode "rgb_array"; None otherwise."""
         if self.render_mode != "rgb_array":
             return None
         model = self.batch.physics.model

@@ -1,4 +1,4 @@
-"""The vector env of a GPU: thousands of mimicking humanoids on one device, tensors in and out, nothing copied to the host."""
+"""Vector env on a GPU: thousands of mimicking humanoids on one device, tensors in and out, nothing copied to the host."""
 
 from typing import Any
 
@@ -9,14 +9,15 @@ from datasets.library.motion_library import MotionLibrary
 from envs.base_vector_env import MimicVectorEnvBase
 from envs.mimic.spec import EPISODE_FRAMES, MimicSpec
 from envs.physics.mujoco_warp import WarpPhysics, masked_where
+from envs.world_state import WorldState
 
 
 class AdaptMimicTorchEnv(MimicVectorEnvBase):
-    """N humanoids that mimic the clips of a library, simulated by mujoco-warp; what is seen and rewarded is the native env's own code.
+    """N humanoids that mimic the clips of a library, simulated by mujoco-warp; observations and rewards are the native env's code.
 
-    It differs from the native env in three points. Everything is a tensor on the device, spaces and info included. Autoreset is
-    same-step, always; ``final_obs`` and ``tracking`` are in every info, and their masks say whose ended. An action that is no number,
-    of which nobody could be told without waiting for the device, fails its world as exploded physics does: it is reset and counted.
+    It differs from the native env in three points. All arrays are tensors on the device, those of the info included. Autoreset is
+    same-step, always; ``final_obs`` and ``tracking`` are in every info, and their masks tell which episodes ended. An action that is
+    NaN, which could not be reported without waiting for the device, fails its world as exploded physics does: it is reset and counted.
     """
 
     def __init__(
@@ -35,8 +36,8 @@ class AdaptMimicTorchEnv(MimicVectorEnvBase):
             num_envs: Number of worlds N.
             task: Variant of the task, the thesis's by default.
             device: A GPU, or the CPU.
-            clip_weights: How often each clip is drawn; by length if None, shape (clips,).
-            adaptive_starts: Whether episodes begin more often where they fail, instead of at any frame alike.
+            clip_weights: Sampling weight of each clip, shape (clips,); by length if None.
+            adaptive_starts: Whether episodes begin more often where they fail, instead of at every frame equally often.
 
         Raises:
             ValueError: If the library's rate is not 60 fps.
@@ -44,36 +45,36 @@ class AdaptMimicTorchEnv(MimicVectorEnvBase):
         """
         self.device = torch.device(device)
         self.physics = WarpPhysics(num_envs, self.device)
-        super().__init__(library, num_envs, task, AutoresetMode.SAME_STEP, clip_weights, adaptive_starts, self._placed)
+        super().__init__(library, num_envs, task, AutoresetMode.SAME_STEP, clip_weights, adaptive_starts, self._to_device)
         self.physics_failures = torch.zeros((), dtype=torch.int64, device=self.device)
-        self._chance = torch.Generator(self.device)
+        self._generator = torch.Generator(self.device)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[torch.Tensor, dict[str, Any]]:
         """Begin an episode in every world.
 
         Args:
-            seed: Of the start frames drawn from now on; what the sampler learnt is forgotten, so that on the CPU a seed means one run. A
+            seed: Seed of the start frames drawn from now on; failure rates are reset, so that on the CPU a seed determines the run. A
                 GPU adds numbers up in another order each time.
-            options: ``clip`` and ``frame`` (N,), where worlds begin instead of at random.
+            options: ``clip`` and ``frame``, where each world begins instead of at random, both (N,).
 
         Returns:
             Observations (N, O) and an empty info.
 
         Raises:
-            ValueError: If the options hold anything else, or name a clip or a frame that is none.
+            ValueError: If the options hold anything else, or a clip or frame that does not exist.
         """
         if seed is not None:
-            self._chance.manual_seed(seed)
+            self._generator.manual_seed(seed)
             self.start_sampler.reset()
-        where = self._placed_starts(options) if options else self._draw()
+        where = self._checked_starts(options) if options else self._draw()
         self._begin(torch.ones(self.num_envs, dtype=torch.bool, device=self.device), *where)
-        return self._look(), {}
+        return self._observe_all(), {}
 
     def step(self, actions: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor, torch.Tensor, dict[str, Any]]:
         """Advance every world by one control step of 1/30 s.
 
         Args:
-            actions: In [-1, 1], clipped to it, shape (N, A).
+            actions: Actions, clipped to [-1, 1], shape (N, A).
 
         Returns:
             Observations (N, O), rewards (N,), terminated (N,), truncated (N,), and the info: reward terms by name (N,),
@@ -84,36 +85,36 @@ class AdaptMimicTorchEnv(MimicVectorEnvBase):
         self._learn_starts(slice(None), outcome.terminated, ended)
         info |= {"final_obs": last, "_final_obs": ended, "tracking": self._tracking(), "_tracking": ended}
         self._begin(ended, *self._draw())
-        return masked_where(ended, self._look(), last), outcome.rewards, outcome.terminated, outcome.truncated, info
+        return masked_where(ended, self._observe_all(), last), outcome.rewards, outcome.terminated, outcome.truncated, info
 
     def get_state(self) -> dict[str, Any]:
-        """Return everything that the future of this env depends on, as NumPy arrays and plain values."""
+        """Return everything that later steps depend on, as NumPy arrays and plain values."""
         tensors = {**self._arrays(), **{f"physics/{name}": part for name, part in self.physics.get_state().items()}}
         return {
             **{name: tensor.cpu().numpy().copy() for name, tensor in tensors.items()},
             "physics_failures": int(self.physics_failures),
-            "random": self._chance.get_state().numpy(),
+            "random": self._generator.get_state().numpy(),
         }
 
     def set_state(self, state: dict[str, Any]) -> torch.Tensor:
-        """Go back to a state that ``get_state`` returned; return the observations (N, O) there."""
+        """Restore a state that ``get_state`` returned; return its observations (N, O)."""
         tensors = {name: torch.tensor(state[name], device=self.device) for name in state if name not in ("physics_failures", "random")}
         self.physics.set_state({name.removeprefix("physics/"): part for name, part in tensors.items() if name.startswith("physics/")})
         self._set_arrays(tensors)
         self.physics_failures.fill_(state["physics_failures"])
-        self._chance.set_state(torch.tensor(state["random"]))
-        return self._look()
+        self._generator.set_state(torch.tensor(state["random"]))
+        return self._observe_all()
 
-    def _placed(self, array: Any) -> torch.Tensor:
+    def _to_device(self, array: Any) -> torch.Tensor:
         """Return a copy of an array on the device."""
         return torch.tensor(array, device=self.device)
 
-    def _look(self) -> torch.Tensor:
+    def _observe_all(self) -> torch.Tensor:
         """Return the observations of all worlds, shape (N, O)."""
-        return self._observe(self.physics.bodies(), self.library.at(self._row))
+        return self._observe(self.physics.bodies(), self.library.at(self._state.row))
 
-    def _placed_starts(self, options: dict[str, Any]) -> tuple[torch.Tensor, torch.Tensor]:
-        """Return the starts that a caller wants; checked here, for the device would fail for good."""
+    def _checked_starts(self, options: dict[str, Any]) -> tuple[torch.Tensor, torch.Tensor]:
+        """Return the clips (N,) and frames (N,) of a caller's options, checked: a bad index would break the device for good."""
         if set(options) != {"clip", "frame"}:
             raise ValueError(f"options are {', '.join(sorted(options))}, should be clip and frame of every world")
         clip, frame = (torch.as_tensor(options[name]).cpu() for name in ("clip", "frame"))
@@ -122,21 +123,11 @@ class AdaptMimicTorchEnv(MimicVectorEnvBase):
 
     def _draw(self) -> tuple[torch.Tensor, torch.Tensor]:
         """Return a random start for every world: clips (N,) and frames within them (N,)."""
-        return self.start_sampler.sample(torch.rand((2, self.num_envs), generator=self._chance, device=self.device, dtype=torch.float64))
+        return self.start_sampler.sample(torch.rand((2, self.num_envs), generator=self._generator, device=self.device, dtype=torch.float64))
 
     def _begin(self, worlds: torch.Tensor, clip: torch.Tensor, frame: torch.Tensor) -> None:
-        """Put the worlds of a mask (N,) onto the reference at the given frames (N,); the others' frames are not looked at."""
-        row = self._clip_start[clip] + frame
-        start = self.library.at(row)
-        anew = {
-            "_clip": clip,
-            "_first": row,
-            "_row": row,
-            "_last": torch.minimum(row + EPISODE_FRAMES, self._clip_end[clip]),
-            "_anchor": start.observed.pos[:, 0] - start.truth_root,
-            "_action": torch.zeros_like(self._action),
-        }
-        for name, begun in anew.items():
-            setattr(self, name, masked_where(worlds, begun, getattr(self, name)))
+        """Put the worlds of a mask (N,) onto the reference at frames (N,) of clips (N,); values of other worlds are ignored."""
+        begun, _ = self._start_states(clip, frame, EPISODE_FRAMES)
+        self._state = WorldState(*(masked_where(worlds, new, old) for new, old in zip(begun, self._state, strict=True)))
         self._metrics.reset(worlds)
-        self.physics.reset(worlds, self.library.start_pose[row], self.library.start_vel[row])
+        self.physics.reset(worlds, self.library.start_pose[begun.row], self.library.start_vel[begun.row])

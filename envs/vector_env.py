@@ -1,4 +1,4 @@
-"""The native vector env: many mimicking humanoids in one process, NumPy in and out, stepped by threads."""
+"""Native vector env: many mimicking humanoids in one process, NumPy in and out, stepped by threads."""
 
 from collections.abc import Callable
 from typing import Any
@@ -10,13 +10,14 @@ from datasets.library.motion_library import MotionLibrary, Reference
 from envs.base_vector_env import MimicVectorEnvBase
 from envs.mimic.spec import EPISODE_FRAMES, MimicSpec
 from envs.physics.mujoco_cpu import CpuPhysics
+from envs.world_state import WorldState
 
 
 class AdaptMimicVectorEnv(MimicVectorEnvBase):
     """N humanoids that mimic the clips of a library, stepped together.
 
     Autoreset is same-step: a world that ends is reset at once, ``final_obs`` in the info holds its true last observation,
-    and ``tracking`` the metrics of the episode that ended. With ``AutoresetMode.DISABLED`` nothing resets by itself, and
+    and ``tracking`` the metrics of the episode that ended. With ``AutoresetMode.DISABLED`` no world is reset by ``step``, and
     ``reset`` takes ``reset_mask`` in its options.
     """
 
@@ -39,9 +40,9 @@ class AdaptMimicVectorEnv(MimicVectorEnvBase):
             task: Variant of the task, the thesis's by default.
             threads: Native threads that step the worlds.
             autoreset_mode: SAME_STEP or DISABLED.
-            clip_weights: How often each clip is drawn; by length if None, shape (clips,).
-            adaptive_starts: Whether episodes begin more often where they fail, instead of at any frame alike.
-            physics: What simulates the worlds, from their number and that of threads.
+            clip_weights: Sampling weight of each clip, shape (clips,); by length if None.
+            adaptive_starts: Whether episodes begin more often where they fail, instead of at every frame equally often.
+            physics: Makes the physics from the numbers of worlds and threads.
 
         Raises:
             ValueError: If the library's rate is not 60 fps or the autoreset mode is another.
@@ -57,15 +58,15 @@ class AdaptMimicVectorEnv(MimicVectorEnvBase):
         """Begin episodes.
 
         Args:
-            seed: Of the start frames drawn from now on; what the sampler learnt is forgotten, so that a seed means one run.
+            seed: Seed of the start frames drawn from now on; failure rates are reset, so that a seed determines the run.
             options: ``reset_mask`` (N,) bool, the worlds to reset, all by default; ``clip`` and ``frame`` (n,), where those
-                worlds begin instead of at random; ``frames`` (n,), the longest that each may last.
+                worlds begin instead of at random; ``frames`` (n,), the largest number of frames of each episode.
 
         Returns:
             Observations (N, O) and an empty info.
 
         Raises:
-            ValueError: If the options name a clip or a frame that is none.
+            ValueError: If the options hold a clip or frame that does not exist.
         """
         super().reset(seed=seed)
         if seed is not None:
@@ -78,20 +79,20 @@ class AdaptMimicVectorEnv(MimicVectorEnvBase):
         else:
             clip, frame = self._draw(len(worlds))
         self._begin(worlds, clip, frame, options.get("frames", EPISODE_FRAMES))
-        return self._observe(self.physics.bodies(), self.library.at(self._row)), {}
+        return self._observe(self.physics.bodies(), self.library.at(self._state.row)), {}
 
     def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Advance every world by one control step of 1/30 s.
 
         Args:
-            actions: In [-1, 1], clipped to it, shape (N, A).
+            actions: Actions, clipped to [-1, 1], shape (N, A).
 
         Returns:
             Observations (N, O), rewards (N,), terminated (N,), truncated (N,), and the info: reward terms by name (N,),
             ``physics_failed`` (N,), and for worlds that ended ``final_obs`` and ``tracking`` with their masks.
 
         Raises:
-            ValueError: If an action is no number: smoothing would keep it for good.
+            ValueError: If an action is NaN: smoothing would keep it for good.
         """
         newest = np.asarray(actions, dtype=np.float32).clip(-1.0, 1.0)
         if np.isnan(newest).any():
@@ -107,7 +108,7 @@ class AdaptMimicVectorEnv(MimicVectorEnvBase):
         return observation, outcome.rewards, outcome.terminated, outcome.truncated, info
 
     def get_state(self) -> dict[str, Any]:
-        """Return everything that the future of this env depends on, as arrays and plain values."""
+        """Return everything that later steps depend on, as arrays and plain values."""
         return {
             "physics": self.physics.get_state(),
             **{name: array.copy() for name, array in self._arrays().items()},
@@ -116,38 +117,34 @@ class AdaptMimicVectorEnv(MimicVectorEnvBase):
         }
 
     def set_state(self, state: dict[str, Any]) -> np.ndarray:
-        """Go back to a state that ``get_state`` returned; return the observations (N, O) there."""
+        """Restore a state that ``get_state`` returned; return its observations (N, O)."""
         self.physics.set_state(state["physics"])
         self._set_arrays({name: np.array(state[name]) for name in self._arrays()})
         self.physics_failures = int(state["physics_failures"])
         self.np_random.bit_generator.state = state["random"]
-        return self._observe(self.physics.bodies(), self.library.at(self._row))
+        return self._observe(self.physics.bodies(), self.library.at(self._state.row))
 
     def branch(self, parents: np.ndarray) -> None:
-        """Let every world go on from where another one is now: its body, its clock and its action.
+        """Replace every world by a copy of another one: its bodies, clocks, action and metrics.
 
         Args:
-            parents: Of each world the one to continue, shape (N,).
+            parents: Index of the world that each one copies, shape (N,).
         """
         self.physics.branch(parents)
-        for name in ("_clip", "_first", "_row", "_last", "_anchor", "_action"):
-            setattr(self, name, getattr(self, name)[parents])
+        self._state = WorldState(*(part[parents] for part in self._state))
         self._metrics.sums[:] = self._metrics.sums[:, parents]
 
     def _draw(self, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Return random starts: clips (count,) and frames within them (count,)."""
         return self.start_sampler.sample(self.np_random.random((2, count)))
 
-    def _begin(self, worlds: np.ndarray, clip: np.ndarray, frame: np.ndarray, frames: np.ndarray | int) -> Reference:
-        """Put worlds onto the reference at the given frames, for at most ``frames`` frames; return it there."""
-        row = self._clip_start[clip] + frame
-        self._clip[worlds], self._first[worlds], self._row[worlds] = clip, row, row
-        self._last[worlds] = np.minimum(row + frames, self._clip_end[clip])
-        start = self.library.at(row)
-        self._anchor[worlds] = start.observed.pos[:, 0] - start.truth_root
-        self._action[worlds] = 0.0
+    def _begin(self, worlds: np.ndarray, clip: np.ndarray, frame: np.ndarray, max_frames: np.ndarray | int) -> Reference:
+        """Put worlds (n,) onto the reference at frames (n,) of clips (n,), for at most ``max_frames``; return the reference."""
+        begun, start = self._start_states(clip, frame, max_frames)
+        for part, new in zip(self._state, begun, strict=True):
+            part[worlds] = new
         self._metrics.reset(worlds)
-        self.physics.reset(worlds, self.library.start_pose[row], self.library.start_vel[row])
+        self.physics.reset(worlds, self.library.start_pose[begun.row], self.library.start_vel[begun.row])
         return start
 
     def _restart(self, worlds: np.ndarray, observation: np.ndarray) -> np.ndarray:

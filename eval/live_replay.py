@@ -1,4 +1,4 @@
-"""Plays a clip to the live service as the trackers of a virtual user, at true speed: ``python -m eval.live_replay CLIP``."""
+"""Replay of a clip to the live service as the trackers of a virtual user: ``python -m eval.live_replay CLIP``."""
 
 import argparse
 import asyncio
@@ -16,7 +16,7 @@ from eval.live.client import PlaybackResult, play
 from eval.live.protocol import DEFAULT_HOST, DEFAULT_PORT
 from eval.live.virtual_user import TrackerReplay, measure_answers, replay_as_trackers
 
-DEFAULT_HEIGHT_CM = 171  # cm, of one of the paper's users
+DEFAULT_HEIGHT_CM = 171  # of one of the paper's users
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -52,10 +52,10 @@ def _run(options: argparse.Namespace) -> None:
 
 
 def choose_clip(clips: list[BodyMotion], name: str | None) -> BodyMotion:
-    """Return the clip of that name, or the longest.
+    """Return the clip of a name, or the longest if the name is None.
 
     Raises:
-        InputError: If there is none of that name.
+        InputError: If there is no clip of that name.
     """
     named = [clip for clip in clips if name in (None, clip.name)]
     if not named:
@@ -64,7 +64,7 @@ def choose_clip(clips: list[BodyMotion], name: str | None) -> BodyMotion:
 
 
 def format_report(replay: TrackerReplay, played: PlaybackResult) -> list[str]:
-    """Return what people want to know of a replay."""
+    """Return the lines of a replay's report: answers, latencies and errors."""
     lines = [f"service: {text}" for text in played.messages]
     if not played.answers:
         return lines

@@ -1,4 +1,4 @@
-"""The recordings that studies and benchmarks test on, below a folder of real motion, and the folder that networks are trained on."""
+"""Names of the recordings that studies and benchmarks use, below a folder of real motion."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 from configs.errors import InputError
 
 _BANDAI = "noncommercial/bandai/test/bnr_dataset-2_"
-TEST_CLIPS = {  # of performers that no training saw, by kind of motion, below a folder of real motion
+TEST_CLIPS = {  # of performers that no training saw, by kind of motion
     "walk": (f"{_BANDAI}walk_youthful_001.bvh", f"{_BANDAI}walk_feminine_001.bvh", "cmu/test/cmu_05_01_mh165.bvh"),
     "turn": (f"{_BANDAI}walk-turn-left_youthful_001.bvh", f"{_BANDAI}walk-turn-right_feminine_001.bvh"),
     "run": (f"{_BANDAI}run_youthful_001.bvh", f"{_BANDAI}run_feminine_001.bvh"),
@@ -16,7 +16,6 @@ TEST_CLIPS = {  # of performers that no training saw, by kind of motion, below a
 }
 
 TRAIN_FOLDER = "cmu/train"
-
 IMU_SUIT_CLIPS = (
     "mit/imu/rokoko_jesse_dance.bvh",
     "apache/imu/pn_milad.bvh",
@@ -24,8 +23,8 @@ IMU_SUIT_CLIPS = (
     "gpl/imu/xsens_neura_S02_walk1.bvh",
 )
 SENSOR_WALK_FOLDER = "gpl/imu/neura_S02_walk1"
-OPTICAL_WALK_FRAMES = slice(1119, 2074)  # of the walk that Vicon saw
-WALK_SENSORS = {  # of the walk: our body, sensor file's ending, Vicon's columns
+OPTICAL_WALK_FRAMES = slice(1119, 2074)  # of the walk, those with an optical truth by Vicon
+WALK_SENSORS = {  # of the walk, by our body: end of the sensor file's name, Vicon's columns
     "pelvis": ("000_00B40B91", "qRPV"),
     "thigh_l": ("000_00B40C45", "qLTH"),
     "thigh_r": ("000_00B40C3C", "qRTH"),
@@ -40,7 +39,7 @@ OPTICAL_POSES, IMU_POSES = "optical", "imu"
 
 
 def check_recordings(data: Path, names: Iterable[str]) -> None:
-    """Raise for the first of the files or folders that is not in the folder of real motion."""
+    """Raise an InputError for the first of the files or folders that is not in the folder of real motion."""
     for name in names:
         if not (data / name).exists():
             raise InputError(f"{data / name}: no such recording; the study needs it, --data names the folder of real motion")

@@ -1,7 +1,7 @@
-"""How LoBSTr's networks remember: recurrent encoders (section 3.2), and the ones they are compared with (section 4.1.1).
+"""Encoders of LoBSTr's networks: recurrent ones (paper, section 3.2), and those they are compared with (section 4.1.1).
 
-Each takes features (B, T, F) of a second or more and returns a state (B, T - ``WINDOW`` + 1, hidden) for every frame that has a
-second behind it.
+Each takes features (B, T, F) of a second or more and returns states (B, T - ``WINDOW_FRAMES`` + 1, hidden) for all frames that
+end a window of a second.
 """
 
 from itertools import pairwise
@@ -17,7 +17,7 @@ FC_LAYERS = 6
 
 
 class RecurrentEncoder(nn.Module):
-    """One recurrent layer; its state may as well be carried from frame to frame."""
+    """One recurrent layer, whose state may also be carried from frame to frame."""
 
     def __init__(self, kind: str, features: int, hidden: int) -> None:
         """Build a layer of ``kind`` "gru", "lstm" or "rnn"."""
@@ -25,26 +25,26 @@ class RecurrentEncoder(nn.Module):
         self.layer = {"gru": nn.GRU, "lstm": nn.LSTM, "rnn": nn.RNN}[kind](features, hidden, batch_first=True)
 
     def forward(self, features: torch.Tensor) -> torch.Tensor:
-        """Return the states of all frames with a second behind them."""
+        """Return the states of all frames that end a window."""
         return cast(torch.Tensor, self.layer(features)[0][:, WINDOW_FRAMES - 1 :])
 
 
 class WindowEncoder(nn.Module):
-    """Looks at each second by itself."""
+    """Encoder that applies a network to each window of a second by itself."""
 
     def __init__(self, network: nn.Module) -> None:
-        """Wrap a network from windows (N, ``WINDOW``, F) to states (N, hidden)."""
+        """Wrap a network from windows (N, ``WINDOW_FRAMES``, F) to states (N, hidden)."""
         super().__init__()
         self.network = network
 
     def forward(self, features: torch.Tensor) -> torch.Tensor:
-        """Return the states of all frames with a second behind them."""
-        windows = features.unfold(1, WINDOW_FRAMES, 1).transpose(2, 3)  # (B, S, WINDOW, F)
+        """Return the states of all frames that end a window."""
+        windows = features.unfold(1, WINDOW_FRAMES, 1).transpose(2, 3)  # (B, S, WINDOW_FRAMES, F)
         return self.network(windows.flatten(0, 1)).unflatten(0, windows.shape[:2])
 
 
 def make_encoder(kind: str, features: int, hidden: int) -> nn.Module:
-    """Return an encoder of a kind that ``LobstrSpec`` knows."""
+    """Return an encoder of one of ``ENCODERS``."""
     if kind == "fc":
         return WindowEncoder(_fully_connected(features, hidden))
     if kind == "cnn":
@@ -60,7 +60,7 @@ def _fully_connected(features: int, hidden: int) -> nn.Module:
 
 
 def _convolutional(features: int, hidden: int) -> nn.Module:
-    """Return convolutions over time, each with max-pooling, which leave a ninth of the second; then one layer to ``hidden``."""
+    """Return convolutions over time, each with max-pooling, which leave a ninth of the frames; then one linear layer."""
     layers: list[nn.Module] = [_TimeLast()]
     length, channels = WINDOW_FRAMES, features
     for wider in CNN_CHANNELS:

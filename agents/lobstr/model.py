@@ -1,4 +1,4 @@
-"""LoBSTr: from what four trackers do to how the legs are bent, and whether toes stand (section 3.2)."""
+"""LoBSTr network: predicts leg rotations and toe contacts from the motion of four trackers (paper, section 3.2)."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -14,14 +14,14 @@ from datasets.motion.rotation import Array
 from datasets.trackers.lower_body import LEG_JOINTS, ROTATION_6D_SIZE, change_thigh_frame, from_rotation_6d, pelvis_tilt, to_rotation_6d
 
 POSE_SIZE = len(LEG_JOINTS) * ROTATION_6D_SIZE
-MIN_STD = 1e-4  # least standard deviation of a feature: what hardly varies is not blown up
+MIN_STD = 1e-4  # least standard deviation of a feature, so that nearly constant ones are not amplified
 
 
 class LowerBodyPrediction(NamedTuple):
-    """What the network says of frames.
+    """Output of the network for frames.
 
     Attributes:
-        pose: Forward and up axes of the eight joints, neither unit nor square yet; ``leg_matrices`` says what they mean; (..., 48).
+        pose: Forward and up axes of the eight joints, not orthonormal; ``leg_matrices`` converts them, shape (..., 48).
         contact: Logits of each toe-base without and with contact, shape (..., 2, 2).
     """
 
@@ -30,12 +30,12 @@ class LowerBodyPrediction(NamedTuple):
 
 
 def pose_targets(spec: LobstrSpec, poses: Array, pelvis: Array) -> Array:
-    """Return what a network is to predict (..., 48), of NumPy or torch.
+    """Return the pose targets of a network, NumPy or torch, shape (..., 48).
 
     Args:
-        spec: Of the network.
-        poses: Forward and up axes of the eight joints against their parents, shape (..., 48).
-        pelvis: Its rotations in the world, shape (..., 4).
+        spec: Spec of the network.
+        poses: Forward and up axes of the eight joints relative to their parents, shape (..., 48).
+        pelvis: Rotations of the pelvis in the world, shape (..., 4).
     """
     if not spec.upright:
         return poses
@@ -44,12 +44,12 @@ def pose_targets(spec: LobstrSpec, poses: Array, pelvis: Array) -> Array:
 
 
 def leg_matrices(spec: LobstrSpec, predicted: Array, pelvis: Array) -> Array:
-    """Return rotation matrices (..., 8, 3, 3) of the eight joints against their parents, of NumPy or torch.
+    """Return the rotation matrices of the eight joints relative to their parents, NumPy or torch, shape (..., 8, 3, 3).
 
     Args:
-        spec: Of the network.
-        predicted: By it, shape (..., 48).
-        pelvis: Its rotations in the world, shape (..., 4).
+        spec: Spec of the network.
+        predicted: Predicted pose, shape (..., 48).
+        pelvis: Rotations of the pelvis in the world, shape (..., 4).
     """
     legs = _legs(predicted)
     return change_thigh_frame(legs, pelvis_tilt(pelvis).swapaxes(-1, -2)) if spec.upright else legs
@@ -60,7 +60,7 @@ def _legs(poses: Array) -> Array:
 
 
 class LobstrModel(nn.Module):
-    """Encoder, latent layer and the two linear heads, with the statistics of features and poses, which are part of the weights."""
+    """Encoder, latent layer and two linear heads, with the statistics of features and poses as part of the weights."""
 
     feature_mean: torch.Tensor
     feature_std: torch.Tensor
@@ -81,17 +81,17 @@ class LobstrModel(nn.Module):
 
     @torch.no_grad()
     def fit_normalisation(self, features: torch.Tensor, poses: torch.Tensor) -> None:
-        """Take the statistics of features (..., F) and poses (..., 48)."""
+        """Set the normalisation to the statistics of features (..., F) and poses (..., 48)."""
         self.feature_mean.copy_(features.flatten(0, -2).mean(0))
         self.feature_std.copy_(features.flatten(0, -2).std(0).clamp(min=MIN_STD))
         self.pose_mean.copy_(poses.flatten(0, -2).mean(0))
 
     def forward(self, features: torch.Tensor, poses_before: torch.Tensor | None = None) -> LowerBodyPrediction:
-        """Return what raw features (B, T, F) say of every frame that has a second behind it: S = T - 44 of them.
+        """Return the predictions for all S = T - 44 frames that end a window of a second.
 
         Args:
-            features: Raw features of frames that follow one another.
-            poses_before: Of the S frames before the predicted ones, shape (B, S, 48); of the autoregressive network alone.
+            features: Raw features of consecutive frames, shape (B, T, F).
+            poses_before: Poses one frame before the predicted ones, shape (B, S, 48); for the autoregressive network only.
         """
         return self.decode(self.encoder(self.normalise(features)), poses_before)
 
@@ -100,7 +100,7 @@ class LobstrModel(nn.Module):
         return (features - self.feature_mean) / self.feature_std
 
     def decode(self, state: torch.Tensor, pose_before: torch.Tensor | None = None) -> LowerBodyPrediction:
-        """Return what states (..., hidden) of the encoder mean; arguments are those of ``forward``."""
+        """Return the predictions from encoder states (..., hidden) and, if autoregressive, the poses before (..., 48)."""
         latent = torch.relu(self.to_latent(state))
         if self.from_pose is not None:
             assert pose_before is not None
@@ -108,15 +108,15 @@ class LobstrModel(nn.Module):
         return LowerBodyPrediction(self.to_pose(latent) + self.pose_mean, self.to_contact(latent).unflatten(-1, (2, 2)))
 
     def save(self, path: Path, card: dict[str, Any]) -> None:
-        """Write weights, statistics, spec and ``card`` as safetensors."""
+        """Write weights, statistics, spec and model card as safetensors."""
         save_network(self, path, asdict(self.spec), card)
 
     @classmethod
     def load(cls, path: Path) -> tuple[Self, dict[str, Any]]:
-        """Return a network that ``save`` wrote, ready to predict, and its card.
+        """Return a network that ``save`` wrote, in evaluation mode, and its model card.
 
         Raises:
-            InputError: If there is no such file, or it holds no LoBSTr network.
+            InputError: If there is no such file, or it does not hold a LoBSTr network.
         """
         where = "python -m trainers.supervised --config configs/lobstr.yaml leaves one in runs/lobstr/best/model.safetensors"
         model, card = load_network(path, lambda **spec: cls(LobstrSpec(**spec)), "LoBSTr network", where)

@@ -1,27 +1,27 @@
-"""Which LoBSTr network: how it remembers what it saw, and what it is shown."""
+"""Specification of a LoBSTr network: encoder, inputs and sizes."""
 
 from dataclasses import dataclass
 
 from configs.errors import require
 from datasets.trackers.features import FEATURE_SIZES
 
-WINDOW_FRAMES = 45  # frames that a prediction looks back on, a second
+WINDOW_FRAMES = 45  # frames that a prediction depends on: a second
 RECURRENT = ("gru", "lstm", "rnn")
 ENCODERS = (*RECURRENT, "fc", "cnn")
 
 
 @dataclass(frozen=True)
 class LobstrSpec:
-    """Which network.
+    """One variant of the network; sections are the paper's.
 
     Attributes:
-        encoder: "gru" is the paper's own; "lstm", "rnn", "fc" and "cnn" are what it is compared with (section 4.1.1).
-        inputs: "velocity", "pose" or "combined" (section 4.1.3).
+        encoder: "gru", the paper's own, or "lstm", "rnn", "fc" or "cnn", which it is compared with (section 4.1.1).
+        inputs: Input features: "velocity", "pose" or "combined" (section 4.1.3).
         hidden: Size of the encoder's state.
         latent: Size of the latent vector.
-        autoregressive: Whether the pose before is an input as well (section 4.1.1).
-        upright: Whether thighs are predicted against the upright reference frame and not against the pelvis (beyond the paper): how a
-            pelvis is tilted differs by 30 degrees between performers and recordings, and the network does not see it.
+        autoregressive: Whether the previous pose is an input as well (section 4.1.1).
+        upright: Whether thighs are predicted relative to the upright reference frame instead of the pelvis (not in the paper): the
+            tilt of the pelvis differs by 30 degrees between performers and recordings, and the network does not see it.
     """
 
     encoder: str = "gru"
@@ -41,5 +41,5 @@ class LobstrSpec:
 
     @property
     def features(self) -> int:
-        """Numbers that are seen of a frame."""
+        """Number of features of a frame."""
         return FEATURE_SIZES[self.inputs]

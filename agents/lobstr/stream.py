@@ -1,6 +1,6 @@
-"""The lower bodies of people whose trackers are followed live: one frame of any number of them at a time.
+"""Live prediction of lower bodies from trackers, one frame of any number of users at a time.
 
-The state of the recurrent network is carried from frame to frame, so that a frame costs one step and not a second's 45.
+The state of the recurrent network is carried from frame to frame, so that a frame costs one step instead of the 45 of a second.
 """
 
 import numpy as np
@@ -15,13 +15,13 @@ from datasets.trackers.trackers import PELVIS_TRACKER, TRACKER_NAMES, TrackerPos
 
 
 class LowerBodyStream:
-    """Follows a fixed number of users, each in a row of its own."""
+    """Predicts the lower bodies of a fixed number of users, each in a row of its own."""
 
     def __init__(self, model: LobstrModel, users: int) -> None:
-        """Follow ``users`` people, none of whom was seen before.
+        """Allocate the states of ``users`` rows.
 
         Raises:
-            ValueError: If the network is not the paper's own kind, a GRU that does not see its own poses.
+            ValueError: If the network is not of the paper's own kind, a GRU that does not see its own poses.
         """
         if model.spec.encoder != "gru" or model.spec.autoregressive:
             raise ValueError(f"a stream needs a GRU that does not see its own poses, not {model.spec}")
@@ -35,21 +35,21 @@ class LowerBodyStream:
         self._seen = np.zeros(users, dtype=int)
 
     def reset(self, rows: np.ndarray) -> None:
-        """Forget the users in ``rows``, shape (n,)."""
+        """Reset the states of the users in ``rows``, shape (n,)."""
         self._state[rows] = 0.0
         self._seen[rows] = 0
 
     @torch.inference_mode()
     def push(self, rows: np.ndarray, joints: TrackerPoses) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Take the next frame of some users, 1/45 s after the one before.
+        """Process the next frame of some users, 1/45 s after the previous one.
 
         Args:
-            rows: Of these users, each once, shape (n,).
+            rows: Rows of these users, each once, shape (n,).
             joints: Positions (n, 4, 3) [m] and rotations (n, 4, 4) of the joints that wear the trackers, at the standard skeleton's size.
 
         Returns:
-            Rotations of the eight joints, wxyz (n, 8, 4); contacts of the toe-bases (n, 2), bool; and who has been watched for a
-            second, (n,): what is said of others is a guess.
+            Rotations of the eight joints, wxyz (n, 8, 4); contacts of the toe-bases (n, 2), bool; and whether each user has been
+            seen for a second (n,): before that predictions are unreliable.
         """
         first = self._seen[rows] == 0
         before = TrackerPoses(*(part[rows] for part in self._before))
@@ -59,11 +59,11 @@ class LowerBodyStream:
         for stored, new in zip(self._before, joints, strict=True):
             stored[rows] = new
         features = torch.from_numpy(tracker_features(self._model.spec.inputs, before, joints).astype(np.float32))
-        at = torch.from_numpy(rows)
-        state = torch.gru_cell(self._model.normalise(features), self._state[at], *self._weights)
-        state[torch.from_numpy(first)] = 0.0  # one frame says nothing about velocities
-        self._state[at] = state
+        users = torch.from_numpy(rows)
+        state = torch.gru_cell(self._model.normalise(features), self._state[users], *self._weights)
+        state[torch.from_numpy(first)] = 0.0  # one frame has no velocities
+        self._state[users] = state
         self._seen[rows] += 1
-        body = self._model.decode(state)
-        legs = leg_matrices(self._model.spec, body.pose.numpy().astype(float), joints.rotations[:, PELVIS_TRACKER])
-        return matrices_to_quaternions(legs), body.contact.numpy().argmax(-1).astype(bool), self._seen[rows] > WINDOW_FRAMES
+        predicted = self._model.decode(state)
+        legs = leg_matrices(self._model.spec, predicted.pose.numpy().astype(float), joints.rotations[:, PELVIS_TRACKER])
+        return matrices_to_quaternions(legs), predicted.contact.numpy().argmax(-1).astype(bool), self._seen[rows] > WINDOW_FRAMES

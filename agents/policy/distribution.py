@@ -1,4 +1,4 @@
-"""The Gaussian from which actions are sampled: independent in every action, of one fixed standard deviation."""
+"""Gaussian distribution of actions: independent components of one fixed standard deviation."""
 
 import math
 
@@ -12,5 +12,5 @@ def log_prob(mean: torch.Tensor, sigma: float, action: torch.Tensor) -> torch.Te
 
 
 def kl_divergence(mean: torch.Tensor, other: torch.Tensor, sigma: float) -> torch.Tensor:
-    """Return the divergence of two such Gaussians of equal ``sigma`` from their means (..., A), shape (...)."""
+    """Return the KL divergence of two Gaussians of equal standard deviation ``sigma`` from their means (..., A), shape (...)."""
     return 0.5 * ((mean - other) / sigma).square().sum(dim=-1)

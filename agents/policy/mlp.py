@@ -1,4 +1,4 @@
-"""A perceptron whose matrix products are oneDNN's on processors: MKL's, PyTorch's default, are less than half as quick on AMD's."""
+"""Multilayer perceptron with oneDNN's matrix products on CPUs: MKL's, PyTorch's default, are less than half as fast on AMD."""
 
 from itertools import zip_longest
 from typing import Any
@@ -7,15 +7,15 @@ import torch
 from torch import nn
 from torch.autograd.function import once_differentiable
 
-# PyTorch offers oneDNN's product of float32 matrices to its own compiler only; builds without oneDNN lack it.
+# oneDNN's product of float32 matrices is private, made for PyTorch's compiler; builds without oneDNN lack it.
 HAS_ONEDNN = torch.backends.mkldnn.is_available() and hasattr(torch.ops.mkldnn, "_linear_pointwise")
 
 
 class MLP(nn.Sequential):
-    """Linear layers with an activation after each but the last, called as ``nn.Sequential``: the same values but for rounding."""
+    """Linear layers with an activation after each but the last; equals ``nn.Sequential`` except for rounding."""
 
     def forward(self, input: torch.Tensor) -> torch.Tensor:
-        """Return the last layer's values (..., last size) for inputs (..., first size)."""
+        """Return the outputs (..., last size) for inputs (..., first size)."""
         if not HAS_ONEDNN or input.device.type != "cpu" or input.dtype != torch.float32:
             return super().forward(input)
         rows = input.reshape(-1, input.shape[-1])
@@ -31,7 +31,7 @@ class MLP(nn.Sequential):
 
 
 class _Layer(torch.autograd.Function):
-    """A linear layer of rows (M, I) with weights (O, I) and biases (O,), and its tanh in the same pass."""
+    """Linear layer of rows (M, I) with weights (O, I) and biases (O,), and optionally tanh in the same pass."""
 
     @staticmethod
     def forward(ctx: Any, rows: torch.Tensor, weight: torch.Tensor, bias: torch.Tensor, tanh: bool) -> torch.Tensor:

@@ -1,13 +1,13 @@
-"""Brings observations to zero mean and unit variance, by the running statistics of all that was seen."""
+"""Normalises observations to zero mean and unit variance by running statistics."""
 
 import torch
 from torch import nn
 
-MAX_STD_DEVIATIONS = 10.0  # standard deviations beyond which an observation tells no more
+MAX_STD_DEVIATIONS = 10.0  # at which normalised observations are clipped
 
 
 class Normaliser(nn.Module):
-    """Running mean and variance of observations; part of a policy's weights, unchanged by gradients."""
+    """Running mean and variance of observations; part of a policy's weights, without gradients."""
 
     mean: torch.Tensor
     var: torch.Tensor
@@ -26,10 +26,10 @@ class Normaliser(nn.Module):
 
     @torch.no_grad()
     def update(self, observations: torch.Tensor) -> None:
-        """Take observations (M, size) into account, each as much as any before (Chan et al.'s parallel variance)."""
+        """Add observations (M, size) to the statistics, all of equal weight (Chan et al.'s parallel variance)."""
         new_count = float(len(observations))
         mean = observations.mean(dim=0)
-        var = (observations - mean).square_().mean(dim=0)  # ten times as quick as torch.var_mean
+        var = (observations - mean).square_().mean(dim=0)  # ten times as fast as torch.var_mean
         total = self.count + new_count
         share = (new_count / total).float()
         delta = mean - self.mean

@@ -1,4 +1,4 @@
-"""A root model: network and normalisation; from windows of features to paths in metres."""
+"""Root model: network and normalisation, from windows of features to paths in metres."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -12,25 +12,25 @@ from agents.root.spec import NETWORKS, RootSpec
 from agents.root.stance_points import stance_paths
 from datasets.motion.rotation import Array
 
-MIN_STD = 1e-3  # least standard deviation of a feature or target [m, m/s^2]: what hardly varies is not blown up
+MIN_STD = 1e-3  # least standard deviation of a feature or target [m, m/s^2], so that nearly constant ones are not amplified
 
 
 def decode_paths(spec: RootSpec, features: Array, output: Array, mean: Array, std: Array) -> Array:
-    """Return the paths [m] (B, W, 3) that a network's output means; NumPy or torch.
+    """Return the paths of a network's output [m], NumPy or torch, shape (B, W, 3).
 
     Args:
-        spec: Of the model.
+        spec: Spec of the model.
         features: Raw features of windows, shape (B, W, F).
-        output: Of the network, shape (B, W, ``spec.outputs``).
-        mean: Of targets [m], shape (3,).
-        std: Of targets [m], shape (W, 3).
+        output: Output of the network, shape (B, W, ``spec.outputs``).
+        mean: Means of the targets [m], shape (3,).
+        std: Standard deviations of the targets [m], shape (W, 3).
     """
     paths = output[..., :3] * std + mean
     return paths + stance_paths(spec, features, output[..., 3:]) if spec.support else paths
 
 
 class RootModel(nn.Module):
-    """Network with the statistics of its features and targets, which are part of its weights."""
+    """Network with the statistics of its features and targets as part of the weights."""
 
     feature_mean: torch.Tensor
     feature_std: torch.Tensor
@@ -49,10 +49,10 @@ class RootModel(nn.Module):
 
     @torch.no_grad()
     def fit_normalisation(self, features: torch.Tensor, targets: torch.Tensor) -> None:
-        """Take the statistics of features (B, W, F) and targets (B, W, 3).
+        """Set the normalisation to the statistics of features (B, W, F) and targets (B, W, 3).
 
-        Only an absolute height has a mean to take away: displacements of people who walk forwards have one as well, but who stands
-        still has moved by zero.
+        Of the targets only absolute heights have their mean subtracted: displacements have one as well, since people walk forwards,
+        but a person who stands still must be predicted at zero.
         """
         self.feature_mean.copy_(features.mean((0, 1)))
         self.feature_std.copy_(features.std((0, 1)).clamp(min=MIN_STD))
@@ -65,24 +65,24 @@ class RootModel(nn.Module):
         return (features - self.feature_mean) / self.feature_std
 
     def predict_paths(self, features: torch.Tensor) -> torch.Tensor:
-        """Return what the model reads from raw features (B, W, F), with gradients [m], shape (B, W, 3)."""
+        """Return the paths predicted from raw features (B, W, F), with gradients [m], shape (B, W, 3)."""
         return decode_paths(self.spec, features, self.network(self.normalise(features)), self.target_mean, self.target_std)
 
     @torch.inference_mode()
     def forward(self, features: torch.Tensor) -> torch.Tensor:
-        """Return the same without gradients; what it means says ``root_window.window_targets``."""
+        """Return the same without gradients; ``agents.root.windows.window_targets`` defines the paths."""
         return self.predict_paths(features)
 
     def save(self, path: Path, card: dict[str, Any]) -> None:
-        """Write weights, normalisation, spec and ``card`` as safetensors."""
+        """Write weights, normalisation, spec and model card as safetensors."""
         save_network(self, path, asdict(self.spec), card)
 
     @classmethod
     def load(cls, path: Path) -> tuple[Self, dict[str, Any]]:
-        """Return a model that ``save`` wrote, ready to predict, and its card.
+        """Return a model that ``save`` wrote, in evaluation mode, and its model card.
 
         Raises:
-            InputError: If there is no such file, or it holds no root model.
+            InputError: If there is no such file, or it does not hold a root model.
         """
         where = "python -m trainers.supervised leaves one in runs/<name>/best/model.safetensors"
         model, card = load_network(path, lambda **spec: cls(RootSpec(**spec)), "root model", where)

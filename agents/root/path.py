@@ -1,9 +1,9 @@
-"""From what overlapping windows predict to one path of the root; whole clips at once.
+"""Root paths of whole clips from the predictions of overlapping windows.
 
-N frames, B windows of W frames. A window votes for how far its point, root or centre of mass, moves from each frame to the
-next, and some models for its height. A window of Root3D votes for the step from its first frame alone, with the weighted
-average F_w (thesis eq. 3.9-3.12); one of the planar models for each of its steps, and all votes for a step are averaged
-(thesis 2.4.4). So the step from frame n is known once frame n + W - 1 has come: that is the models' delay.
+N frames, B windows of W frames. A window predicts the steps of a point, root or centre of mass, from each frame to the next,
+and with some models its height. A window of Root3D counts for the step from its first frame only, with the weighted average F_w
+(thesis eq. 3.9-3.12); one of the planar models for each of its steps, and all predictions of a step are averaged (thesis 2.4.4).
+So the step from frame n is known once frame n + W - 1 has come: that is the models' delay.
 """
 
 import numpy as np
@@ -15,21 +15,21 @@ from agents.root.windows import window_features
 from configs.errors import InputError
 from datasets.imu.root_features import ROOT_RATE_HZ, RootFrames, to_heading_frame
 
-FULL_ORDER = 7  # of F_w: all eight predictions of a mini-trajectory
-WINDOWS_PER_BATCH = 256  # windows at a time: many more would leave the processor's cache
+FULL_ORDER = 7  # order of F_w that uses all eight predictions of a mini-trajectory
+WINDOWS_PER_BATCH = 256  # many more would not fit into the CPU's cache
 
 
 def predict_root_path(model: RootModel, frames: RootFrames, start: np.ndarray, order: int = FULL_ORDER) -> np.ndarray:
-    """Return the pelvis' path [m], shape (N, 3), that a model reads from a clip.
+    """Return the path of the pelvis that a model predicts for a clip [m], shape (N, 3).
 
     Args:
-        model: Trained.
-        frames: The clip, NumPy; its ``root`` and ``com`` are not looked at.
-        start: Of the path [m], shape (3,); of a model that predicts heights only the horizontal part.
-        order: w of F_w, from 0 to 7; has no effect on planar models.
+        model: Trained root model.
+        frames: Frames of the clip, NumPy; ``root`` and ``com`` are not used.
+        start: Start of the path [m], shape (3,); its height is not used if the model predicts heights.
+        order: Order w of F_w, from 0 to 7; has no effect on planar models.
 
     Raises:
-        InputError: If the clip is shorter than a window, or there is no such order.
+        InputError: If the clip is shorter than a window, or the order is out of range.
     """
     if not 0 <= order <= FULL_ORDER:
         raise InputError(f"order is {order}, should be from 0 to {FULL_ORDER}")
@@ -46,7 +46,7 @@ def predict_root_path(model: RootModel, frames: RootFrames, start: np.ndarray, o
 
 
 def check_length(spec: RootSpec, frames: int) -> None:
-    """Raise InputError if a clip of so many frames is shorter than a window."""
+    """Raise InputError if a clip of ``frames`` frames is shorter than a window."""
     if frames < spec.window:
         raise InputError(
             f"a clip of {frames} frames at {ROOT_RATE_HZ:g} Hz is too short for {spec.network}, which needs {spec.window} "
@@ -55,32 +55,32 @@ def check_length(spec: RootSpec, frames: int) -> None:
 
 
 def predict_windows(model: RootModel, frames: RootFrames) -> np.ndarray:
-    """Return what the model predicts for every window of a clip, in each window's own axes [m], shape (N - W + 1, W, 3)."""
+    """Return the paths predicted for all windows of a clip, in each window's own axes [m], shape (N - W + 1, W, 3)."""
     tensors = RootFrames(*(torch.from_numpy(part) for part in frames))
     starts = torch.arange(len(frames.heading) - model.spec.window + 1)
     return torch.cat([model(window_features(model.spec, tensors, some)) for some in starts.split(WINDOWS_PER_BATCH)]).numpy()
 
 
 def average_windows(spec: RootSpec, paths: np.ndarray, heading: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray | None]:
-    """Return the steps (N - 1, 3) [m] in the world that windows agree on, and the heights (N,) of models that predict them.
+    """Return the steps in the world [m], shape (N - 1, 3), and the heights [m] (N,), None without, averaged over windows.
 
     Args:
-        spec: Of the model.
+        spec: Spec of the model.
         paths: Predictions in each window's own axes [m], shape (N - W + 1, W, 3).
-        heading: Of the pelvis at each window's first frame and after [rad], shape (N,).
-        order: w of F_w.
+        heading: Heading of the pelvis in each frame [rad], shape (N,).
+        order: Order w of F_w.
     """
     turned = to_heading_frame(paths.astype(float), -heading[: len(paths)])
     if spec.predicts_steps_ahead:
         return np.concat([weighted_step(turned, order), final_window_steps(turned[-1])]), None
-    steps = _mean_along(np.diff(turned, axis=1))
+    steps = _mean_by_frame(np.diff(turned, axis=1))
     if spec.vertical != "height":
         return steps, None
-    return steps * np.array([1.0, 1.0, 0.0]), _mean_along(turned[..., 2:])[:, 0]
+    return steps * np.array([1.0, 1.0, 0.0]), _mean_by_frame(turned[..., 2:])[:, 0]
 
 
 def weighted_step(paths: np.ndarray, order: int) -> np.ndarray:
-    """Return F_w of mini-trajectories (..., 8, 3): the mean over k <= w of s_k / (k + 1), shape (..., 3); thesis eq. 3.12."""
+    """Return F_w of mini-trajectories (..., 8, 3): the mean of s_k / (k + 1) over k <= w, shape (..., 3); thesis eq. 3.12."""
     ahead = np.arange(1, order + 2)[:, None]
     return (paths[..., : order + 1, :] / ahead).mean(axis=-2)
 
@@ -90,11 +90,11 @@ def final_window_steps(path: np.ndarray) -> np.ndarray:
     return np.diff(path, axis=0)[:-1]
 
 
-def _mean_along(votes: np.ndarray) -> np.ndarray:
-    """Return the mean of votes (B, V, C) for each frame: window n votes for the frames n .. n + V - 1; shape (B + V - 1, C)."""
-    windows, ahead, _ = votes.shape
-    total, count = np.zeros((windows + ahead - 1, votes.shape[-1])), np.zeros((windows + ahead - 1, 1))
-    for k in range(ahead):
-        total[k : k + windows] += votes[:, k]
+def _mean_by_frame(values: np.ndarray) -> np.ndarray:
+    """Return the mean per frame of values (B, V, C), shape (B + V - 1, C); window n holds those of the frames n .. n + V - 1."""
+    windows, length, channels = values.shape
+    total, count = np.zeros((windows + length - 1, channels)), np.zeros((windows + length - 1, 1))
+    for k in range(length):
+        total[k : k + windows] += values[:, k]
         count[k : k + windows] += 1.0
     return total / count

@@ -1,4 +1,4 @@
-"""A clip in, the same clip with a root path that a model reads from its pose and accelerations out."""
+"""Reconstruction of the root of a clip by a root model, from its pose and accelerations."""
 
 from dataclasses import replace
 
@@ -25,20 +25,20 @@ def reconstruct_root(
     filtered: bool = True,
     level: bool = False,
 ) -> BodyMotion:
-    """Return a clip with the root that a model reads from it; its old root is not looked at.
+    """Return a clip with the root path that a model predicts for it; its own root is not used.
 
-    The clip is brought to 100 Hz along splines and its new root back to the clip's own rate. The path starts above the origin with
+    The clip is resampled to 100 Hz along splines and its new root back to the clip's own rate. The path starts above the origin with
     the lowest sole on the ground.
 
     Args:
-        model: Trained.
+        model: Trained root model.
         motion: Clip of any rate.
-        accelerations: Free accelerations in the clip's world at 100 Hz [m/s^2], shape (N, 19, 3); if the model wants them and there
+        accelerations: Free accelerations in the clip's world at 100 Hz [m/s^2], shape (N, 19, 3); if the model needs them and there
             are none, those of the pose about the pelvis are taken.
-        order: w of F_w (thesis eq. 3.12).
-        filtered: Whether the path goes through two filters: in the air the centre of mass flies (``flight``, which needs real
-            accelerations), and feet that stand are held (``anti_skate``, thesis 3.5.2).
-        level: Whether the ground is known to be level: then heights that drifted are put right wherever feet stand (``level_to_ground``).
+        order: Order w of F_w (thesis eq. 3.12).
+        filtered: Whether the path is filtered: in the air the centre of mass flies ballistically (``apply_ballistic_root``, which needs
+            measured accelerations), and feet in stance are held (``apply_stance_root_filter``, thesis 3.5.2).
+        level: Whether the ground is known to be level: then height drift is corrected wherever feet stand (``level_to_ground``).
 
     Raises:
         InputError: If the clip is shorter than the model's window, or the accelerations do not fit; names the clip.
@@ -57,12 +57,13 @@ def reconstruct_root(
 
 
 def filter_path(path: np.ndarray, clip: BodyMotion, measured_frames: RootFrames | None) -> np.ndarray:
-    """Return a path (N, 3) [m] that flies in the air and holds feet that stand.
+    """Return a path filtered by ballistic flight and stance [m], shape (N, 3).
 
     Args:
-        path: As a model says [m], shape (N, 3).
-        clip: That it belongs to, at 100 Hz.
-        measured_frames: Its frames with measured accelerations; None where there are none, or where heights are known: then it never flies.
+        path: Path that a model predicts [m], shape (N, 3).
+        clip: Clip of the path, at 100 Hz.
+        measured_frames: Frames of the clip with measured accelerations; None without them, or where heights are known: then there is
+            no flight.
     """
     if measured_frames is not None:
         path = apply_ballistic_root(path, measured_frames.centre, measured_frames.accelerations)
@@ -70,13 +71,13 @@ def filter_path(path: np.ndarray, clip: BodyMotion, measured_frames: RootFrames 
 
 
 def initial_root_position(motion: BodyMotion) -> np.ndarray:
-    """Return where the pelvis begins [m], shape (3,): above the origin, the lowest point of the first frame on the ground."""
+    """Return the position of the pelvis above the origin with the lowest point of the first frame on the ground [m], shape (3,)."""
     first = replace(motion.cut(0, 1), root_position=np.zeros((1, 3)))
     return np.array([0.0, 0.0, -lowest_point_heights(*body_poses(first)).min()])
 
 
 def _at_frames(path: np.ndarray, motion: BodyMotion) -> np.ndarray:
-    """Return a path at 100 Hz at the instants of a clip's frames; the last may lie a little beyond its end."""
+    """Return a path at 100 Hz resampled to the frames of a clip, the last of which may lie slightly beyond its end."""
     if motion.fps == ROOT_RATE_HZ:
         return path
     return CubicSpline(np.arange(len(path)) / ROOT_RATE_HZ, path)(np.arange(len(motion)) / motion.fps)

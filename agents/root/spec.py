@@ -1,4 +1,4 @@
-"""Which root model: its network, what it sees, what it predicts and how."""
+"""Specification of a root model: network, inputs and targets."""
 
 from dataclasses import dataclass
 
@@ -11,21 +11,23 @@ from datasets.imu.sensor_model import SENSOR_BODIES
 from datasets.motion.humanoid import BODY_COUNT, FOOT_AND_TOE_BODIES
 
 NETWORKS = {"root3d": Root3dUnet, "planar_unet": PlanarUnet, "planar_cnn": PlanarCnn}
-STANCE_BODIES = tuple(body for foot in FOOT_AND_TOE_BODIES for body in foot)  # ankle and toe joint of either foot, which may carry the body
+STANCE_BODIES = tuple(
+    body for foot in FOOT_AND_TOE_BODIES for body in foot
+)  # ankle and toe joint of each foot: points that may carry the body
 PLANAR_FEATURES = 64  # 19 joints are 57 numbers, padded with zeros (thesis 2.4.3)
 
 
 @dataclass(frozen=True)
 class RootSpec:
-    """One root model.
+    """One variant of the root model.
 
     Attributes:
-        network: "root3d" predicts steps ahead from windows of 8 frames, "planar_unet" and "planar_cnn" a path along windows of 64.
+        network: Network: "root3d" predicts steps ahead from windows of 8 frames, "planar_unet" and "planar_cnn" a path along windows of 64.
         accelerations: Whether Root3D sees the sensors' accelerations beside the joints (thesis 3.5.4).
-        target: "root" or "com": the point whose path is predicted.
-        vertical: "displacement" along the window as in the horizontal plane, or absolute "height", for the planar networks.
-        support: Whether Root3D's network also says which points of the feet carry the body, and its path is added to the one about
-            those (``support.stance_paths``); the thesis's does not.
+        target: Point whose path is predicted: "root" or "com".
+        vertical: Vertical target: "displacement" along the window as in the horizontal plane, or absolute "height" (planar networks only).
+        support: Whether Root3D's network also predicts which points of the feet carry the body, and its path is added to the one about
+            those (``agents.root.stance_points``); not in the thesis.
     """
 
     network: str = "root3d"
@@ -48,29 +50,29 @@ class RootSpec:
 
     @property
     def predicts_steps_ahead(self) -> bool:
-        """Whether the network predicts mini-trajectories ahead of a window's first frame, rather than the path along the window."""
+        """Whether the network predicts mini-trajectories ahead of a window's first frame instead of the path along the window."""
         return self.network == "root3d"
 
     @property
     def window(self) -> int:
-        """Frames of a window."""
+        """Number of frames of a window."""
         return root3d_unet.WINDOW_FRAMES if self.predicts_steps_ahead else planar_unet.WINDOW_FRAMES
 
     @property
     def bodies(self) -> tuple[int, ...]:
-        """Body of each vector among a frame's features: of the joints, then of the sensors."""
+        """Body of each vector in the features of a frame: joints, then sensors."""
         if not self.predicts_steps_ahead:
             return tuple(range(1, BODY_COUNT))
         return (*range(BODY_COUNT), *(SENSOR_BODIES if self.accelerations else ()))
 
     @property
     def features(self) -> int:
-        """Numbers of a frame: 117 with accelerations, 60 without (ERRATA of eq. 3.23), 64 for the planar networks."""
+        """Number of features of a frame: 117 with accelerations, 60 without (docs/errata.md, eq. 3.23), 64 for the planar networks."""
         if not self.predicts_steps_ahead:
             return PLANAR_FEATURES
         return 3 * (BODY_COUNT + self.accelerations * len(SENSOR_BODIES))
 
     @property
     def outputs(self) -> int:
-        """Numbers that the network gives for a frame: the three coordinates, then how sure it is of each point of support."""
+        """Number of outputs of a frame: three coordinates, then a logit for each point of support."""
         return 3 + self.support * len(STANCE_BODIES)

@@ -1,4 +1,4 @@
-"""The pelvis' path of a performance that is still going on: one frame at a time in, one position out."""
+"""Live reconstruction of the pelvis' path: one frame in, one position out."""
 
 from collections import deque
 
@@ -18,43 +18,43 @@ from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES
 from datasets.motion.pose_points import PosePoints, pose_points
 from datasets.motion.rotation import heading
 
-_UNIT = 1e-3  # by which the squared length of a rotation's quaternion may differ from 1
+_UNIT_TOLERANCE = 1e-3  # largest deviation of a quaternion's squared length from 1
 
 
 class RootStream:
-    """A root model at work on frames at 100 Hz; gives the path that ``reconstruct_root`` gives of the whole clip.
+    """Applies a root model to frames at 100 Hz; equals ``reconstruct_root`` of the whole clip.
 
-    The position of a frame is known when ``delay`` more frames have come: 6 (0.06 s) with Root3D, 62 (0.62 s) with planar models
-    of displacements, 63 with those of heights. Only then are the last windows complete that have a say in it: a step between two
-    frames is within windows that start at its first frame or before, a height within those that start at its own frame or before.
+    The position of a frame is known ``delay`` frames later: 6 (0.06 s) with Root3D, 62 (0.62 s) with planar models of displacements,
+    63 with those of heights. Only then are the last windows complete that it depends on: a step between two frames depends on
+    windows that start at its first frame or before, a height on those that start at its own frame or before.
     """
 
     def __init__(self, model: RootModel, order: int = FULL_ORDER, filtered: bool = True) -> None:
-        """Get ready for the first frame.
+        """Prepare for the first frame.
 
         Args:
-            model: Trained; its weights of this moment are used.
-            order: w of F_w (thesis eq. 3.12); has no effect on planar models.
-            filtered: Whether the path goes through the filters of ``reconstruct_root``.
+            model: Trained root model; its current weights are used.
+            order: Order w of F_w (thesis eq. 3.12); has no effect on planar models.
+            filtered: Whether the path is filtered as in ``reconstruct_root``.
         """
         self._spec, self._predict = model.spec, make_window_predictor(model)
         self._order, self._filtered = order, filtered
-        self._start_over()
+        self._reset()
 
     @property
     def delay(self) -> int:
-        """Frames that come between a frame and its position."""
+        """Number of frames between a frame and its position."""
         return self._spec.window - 2 + (self._spec.vertical == "height")
 
     def push(self, local_rotations: np.ndarray, accelerations: np.ndarray | None = None) -> np.ndarray | None:
-        """Take the next frame and return the pelvis' position (3,) [m] ``delay`` frames ago; None as long as there was no frame then.
+        """Process the next frame and return the position of the pelvis ``delay`` frames before it [m], shape (3,); None at the start.
 
         Args:
-            local_rotations: Relative to the parent body, the pelvis' to the world, wxyz, shape (20, 4).
+            local_rotations: Rotations relative to the parent body, the pelvis' to the world, wxyz, shape (20, 4).
             accelerations: Free accelerations of the sensors in the world [m/s^2], shape (19, 3).
 
         Raises:
-            InputError: If the frame is not as it should be; the stream is as it was before and takes another.
+            InputError: If the frame is invalid; the stream is unchanged and accepts another one.
         """
         frame = f"frame {self._count} of the stream"
         rotations = _checked_rotations(local_rotations, frame)
@@ -65,45 +65,45 @@ class RootStream:
         if not self._count:
             self._begin(pose, rotations, measured is not None)
         self._count += 1
-        self._see(pose, rotations, measured)
+        self._push_frame(pose, rotations, measured)
         if self._count >= self._spec.window:
             self._predict_window()
         return self._next_position() if self._count > self.delay else None
 
     def finish(self) -> np.ndarray:
-        """Return the positions (delay, 3) [m] of the last frames, and get ready for another performance.
+        """Return the positions of the last frames [m], shape (delay, 3), and prepare for another performance.
 
         Raises:
-            InputError: If fewer frames came than a window has; more may come.
+            InputError: If there were fewer frames than a window has; more may follow.
         """
         check_length(self._spec, self._count)
-        self._know(self._aggregator.rest())
+        self._append(self._aggregator.rest())
         self._filters.end_accelerations()
         rest = np.stack([self._next_position() for _ in range(self.delay)])
-        self._start_over()
+        self._reset()
         return rest
 
-    def _start_over(self) -> None:
-        """Forget all frames."""
+    def _reset(self) -> None:
+        """Reset the stream to its state before the first frame."""
         window = self._spec.window
         self._count = 0
-        self._vectors = np.zeros((window, len(self._spec.bodies), 3), dtype=np.float32)  # joints and accelerations of the last frames
+        self._vectors = np.zeros((window, len(self._spec.bodies), 3), dtype=np.float32)  # joints and accelerations of the window
         self._headings = np.zeros(window, dtype=np.float32)
         self._aggregator = StreamingFirstSteps(self._order) if self._spec.predicts_steps_ahead else StreamingMeanSteps(self._spec)
-        self._steps = deque([np.zeros(3)])  # into the frames whose positions are due, as far as known; into the first there is none
-        self._heights: deque[float] = deque()  # of these frames
+        self._steps = deque([np.zeros(3)])  # known steps into the frames whose positions are due; zero into the first
+        self._heights: deque[float] = deque()  # known heights of these frames
         self._poses: deque[PosePoints] = deque()
         self._filters = StreamFilters()
         self._point = self._first_centre = np.zeros(3)
-        self._measured = self._spec.accelerations  # whether accelerations come with the frames
+        self._measured = self._spec.accelerations  # whether frames have accelerations
 
     def _begin(self, pose: PosePoints, rotations: np.ndarray, measured: bool) -> None:
-        """Put the first frame on the ground."""
+        """Place the first frame on the ground."""
         self._point = initial_root_position(BodyMotion(np.zeros((1, 3)), rotations[None], ROOT_RATE_HZ, "stream"))
         self._first_centre, self._measured = pose.centre, measured
 
     def _check_presence(self, measured: bool, frame: str) -> None:
-        """Raise InputError if accelerations are missing, or come with some frames only."""
+        """Raise InputError if accelerations are missing, or present in some frames only."""
         if self._spec.accelerations and not measured:
             raise InputError(
                 f"{frame}: the model needs the sensors' accelerations; without sensors use one trained with model.accelerations: false, "
@@ -112,8 +112,8 @@ class RootStream:
         if self._count and measured != self._measured:
             raise InputError(f"{frame}: accelerations are {'there' if measured else 'missing'}, should come with every frame or with none")
 
-    def _see(self, pose: PosePoints, rotations: np.ndarray, measured: np.ndarray | None) -> None:
-        """Move the window on by a frame."""
+    def _push_frame(self, pose: PosePoints, rotations: np.ndarray, measured: np.ndarray | None) -> None:
+        """Shift the window by a frame."""
         vectors = pose.joints if self._spec.predicts_steps_ahead else pose.joints[1:]
         if measured is not None:
             if self._spec.accelerations:
@@ -125,20 +125,20 @@ class RootStream:
         self._poses.append(pose)
 
     def _predict_window(self) -> None:
-        """Hear the window that the last frame has completed."""
-        axes = to_heading_frame(np.eye(3)[None], self._headings[:1])[0]  # rows: where the world's axes are from the window's first frame
+        """Predict the path of the window that the last frame completes."""
+        axes = to_heading_frame(np.eye(3)[None], self._headings[:1])[0]  # rows: world axes as seen from the window's first frame
         turned = (self._vectors.reshape(-1, 3) @ axes.astype(np.float32)).reshape(self._spec.window, -1)
         features = np.zeros((self._spec.window, self._spec.features), dtype=np.float32)
         features[:, : turned.shape[1]] = turned
-        self._know(self._aggregator.add(self._predict(features) @ axes.T))
+        self._append(self._aggregator.add(self._predict(features) @ axes.T))
 
-    def _know(self, known: StepsAndHeights) -> None:
-        """Keep steps and heights for the frames they belong to."""
+    def _append(self, known: StepsAndHeights) -> None:
+        """Append known steps and heights to the queues."""
         self._steps.extend(known[0])
         self._heights.extend(known[1])
 
     def _next_position(self) -> np.ndarray:
-        """Return the position of the first frame that is due."""
+        """Return the position of the first frame that is due [m], shape (3,)."""
         pose = self._poses.popleft()
         self._point = self._point + self._steps.popleft()
         position = self._point.copy()
@@ -150,11 +150,11 @@ class RootStream:
 
 
 def _checked_rotations(local_rotations: np.ndarray, frame: str) -> np.ndarray:
-    """Return the rotations (20, 4) of a frame in double precision; raise InputError, naming the ``frame``, if they are none."""
+    """Return the rotations (20, 4) of a frame in double precision; raise InputError, naming the ``frame``, if they are invalid."""
     rotations = np.asarray(local_rotations, dtype=float)
     if rotations.shape != (BODY_COUNT, 4):
         raise InputError(f"{frame}: rotations have shape {rotations.shape}, should be ({BODY_COUNT}, 4)")
-    good = abs(np.einsum("bc,bc->b", rotations, rotations) - 1.0) < _UNIT
+    good = abs(np.einsum("bc,bc->b", rotations, rotations) - 1.0) < _UNIT_TOLERANCE
     if not good.all():
         raise InputError(
             f"{frame}: rotation of {BODY_NAMES[good.argmin()]} is {rotations[good.argmin()]}, should be a quaternion of length 1"
@@ -163,7 +163,7 @@ def _checked_rotations(local_rotations: np.ndarray, frame: str) -> np.ndarray:
 
 
 def _checked_accelerations(accelerations: np.ndarray, frame: str) -> np.ndarray:
-    """Return the accelerations (19, 3) of a frame; raise InputError, naming the ``frame``, if they are none."""
+    """Return the accelerations (19, 3) of a frame; raise InputError, naming the ``frame``, if they are invalid."""
     measured = np.asarray(accelerations, dtype=float)
     if measured.shape != (len(SENSOR_BODIES), 3):
         raise InputError(f"{frame}: accelerations have shape {measured.shape}, should be ({len(SENSOR_BODIES)}, 3)")

@@ -1,4 +1,4 @@
-"""The filters of ``reconstruct_root`` on a path that is still growing: the body flies in the air, and feet that stand are held."""
+"""Filters of ``reconstruct_root`` for streams: ballistic flight in the air, and feet held in stance, frame by frame."""
 
 from collections import deque
 from itertools import islice, repeat
@@ -12,39 +12,39 @@ from datasets.motion.pose_points import PosePoints
 
 
 class StreamFilters:
-    """Both filters for one figure, frame by frame."""
+    """Applies both filters to the path of one figure, frame by frame."""
 
     def __init__(self) -> None:
-        """Wait for the first frame."""
-        self._felt: deque[np.ndarray] = deque()  # accelerations of the centre of mass, from MEAN // 2 frames before the next step on
-        self._flight = BallisticRoot()
-        self._feet: StanceRootFilter | None = None
-        self._asked, self._centre = np.zeros(3), np.zeros(3)
+        """Prepare for the first frame."""
+        self._accelerations: deque[np.ndarray] = deque()  # of the centre of mass, from half a window before the next step on
+        self._ballistic_root = BallisticRoot()
+        self._stance_filter: StanceRootFilter | None = None
+        self._position, self._centre = np.zeros(3), np.zeros(3)
 
     def push_accelerations(self, accelerations: np.ndarray) -> None:
-        """Take the sensors' accelerations (19, 3) [m/s^2] of the next frame, before its position; without any there is no flight."""
-        felt = com_acceleration(accelerations.astype(np.float32))
-        self._felt.extend(repeat(felt, 1 if self._felt else 1 + ACCELERATION_WINDOW_SAMPLES // 2))
+        """Add the sensors' accelerations (19, 3) [m/s^2] of the next frame, before its position; without any there is no flight."""
+        acceleration = com_acceleration(accelerations.astype(np.float32))
+        self._accelerations.extend(repeat(acceleration, 1 if self._accelerations else 1 + ACCELERATION_WINDOW_SAMPLES // 2))
 
     def end_accelerations(self) -> None:
-        """No more accelerations come."""
-        if self._felt:
-            self._felt.extend(repeat(self._felt[-1], ACCELERATION_WINDOW_SAMPLES // 2))
+        """Extend the accelerations beyond the last frame, after which none follow."""
+        if self._accelerations:
+            self._accelerations.extend(repeat(self._accelerations[-1], ACCELERATION_WINDOW_SAMPLES // 2))
 
-    def filter_position(self, asked: np.ndarray, pose: PosePoints) -> np.ndarray:
-        """Return where the pelvis is in the next frame [m], shape (3,).
+    def filter_position(self, position: np.ndarray, pose: PosePoints) -> np.ndarray:
+        """Return the filtered position of the pelvis in the next frame [m], shape (3,).
 
         Args:
-            asked: Where the model puts it [m], shape (3,).
-            pose: Of that frame; accelerations of ``MEAN // 2`` frames after the one before it have come.
+            position: Position that the model predicts [m], shape (3,).
+            pose: Pose of that frame; accelerations up to half a window after the previous frame have been added.
         """
-        step, moved = asked - self._asked, pose.centre - self._centre
-        self._asked, self._centre = asked, pose.centre
-        if self._feet is None:
-            self._feet = StanceRootFilter(ROOT_RATE_HZ, asked, pose.soles)
-            return asked.copy()
-        if self._felt:
-            around = np.mean(list(islice(self._felt, ACCELERATION_WINDOW_SAMPLES)), axis=0)
-            self._felt.popleft()
-            step = np.array(self._flight.step(step.tolist(), moved.tolist(), around.tolist()))
-        return self._feet.step(step, pose.soles)
+        step, com_step = position - self._position, pose.centre - self._centre
+        self._position, self._centre = position, pose.centre
+        if self._stance_filter is None:
+            self._stance_filter = StanceRootFilter(ROOT_RATE_HZ, position, pose.soles)
+            return position.copy()
+        if self._accelerations:
+            mean_acceleration = np.mean(list(islice(self._accelerations, ACCELERATION_WINDOW_SAMPLES)), axis=0)
+            self._accelerations.popleft()
+            step = np.array(self._ballistic_root.step(step.tolist(), com_step.tolist(), mean_acceleration.tolist()))
+        return self._stance_filter.step(step, pose.soles)

@@ -1,6 +1,6 @@
-"""Windows of a clip as a root model takes them: features, and the true path as targets; all facing forward.
+"""Windows of a clip for root models: features, and the true path as targets, all facing forward.
 
-B windows, W frames each, F features. Every window is turned about the vertical so that its first frame faces x
+B windows, W frames each, F features. Every window is rotated about the vertical so that its first frame faces x
 (thesis 2.4.3 and 3.4.1).
 """
 
@@ -15,8 +15,8 @@ def window_features(spec: RootSpec, frames: RootFrames, starts: torch.Tensor) ->
     """Return the features (B, W, F) of windows.
 
     Args:
-        spec: Of the model.
-        frames: As torch tensors.
+        spec: Spec of the model.
+        frames: Frames of the clip, torch.
         starts: First frame of each window, shape (B,).
     """
     rows = starts[:, None] + torch.arange(spec.window)
@@ -29,11 +29,11 @@ def window_features(spec: RootSpec, frames: RootFrames, starts: torch.Tensor) ->
 
 
 def window_targets(spec: RootSpec, frames: RootFrames, starts: torch.Tensor) -> torch.Tensor:
-    """Return what the model should say of windows [m], shape (B, W, 3).
+    """Return the target paths of windows [m], shape (B, W, 3).
 
-    Of "root3d" s_k = T_(n+k+1) - T_n for k = 0..7 (thesis eq. 3.4 with ERRATA); of the planar networks the path along the window
-    from where it starts, its height absolute where the spec says so (thesis 2.4.4). The arguments are those of ``window_features``;
-    a window of "root3d" needs one frame more than it has.
+    For "root3d" s_k = T_(n+k+1) - T_n for k = 0..7 (thesis eq. 3.4, docs/errata.md); for the planar networks the path along the
+    window from its start, with absolute heights if ``spec.vertical`` is "height" (thesis 2.4.4). The arguments are those of
+    ``window_features``; a window of "root3d" needs one frame after its last.
     """
     path = frames.com if spec.target == "com" else frames.root
     rows = starts[:, None] + torch.arange(spec.window) + int(spec.predicts_steps_ahead)

@@ -1,9 +1,14 @@
-"""The trained models in the package; ``agents/weights/README.md`` says what each was trained on."""
+"""Pretrained models in the package; ``agents/weights/README.md`` lists their training data."""
 
 from functools import cache
 
+import numpy as np
+
 from agents.root.model import RootModel
+from agents.root.reconstruct import reconstruct_root
 from configs.source_code import PROJECT_ROOT
+from datasets.motion.clip import BodyMotion
+from datasets.motion.kinematics import place_on_ground
 
 WEIGHTS_FOLDER = PROJECT_ROOT / "agents" / "weights"
 PRETRAINED_POLICY = WEIGHTS_FOLDER / "mimic.safetensors"
@@ -12,12 +17,25 @@ PRETRAINED_LOBSTR = WEIGHTS_FOLDER / "lobstr.safetensors"
 
 @cache
 def load_pretrained_root(name: str) -> RootModel:
-    """Return a trained root model of the package.
+    """Return a pretrained root model of the package.
 
     Args:
-        name: "root3d", "root3d_pose" or "planar".
+        name: Name of the model: "root3d", "root3d_pose" or "planar".
 
     Raises:
-        InputError: If the package holds no such model.
+        InputError: If the package has no such model.
     """
     return RootModel.load(WEIGHTS_FOLDER / f"{name}.safetensors")[0]
+
+
+def reconstruct_root_on_ground(name: str, clip: BodyMotion, accelerations: np.ndarray | None = None, *, level: bool) -> BodyMotion:
+    """Return a clip with the root that a pretrained model predicts for it, placed on the ground.
+
+    Args:
+        name: Name of the model, as in ``load_pretrained_root``.
+        clip: Clip of any rate; its own root is not used.
+        accelerations: Free accelerations of a suit at 100 Hz [m/s^2], shape (N, 19, 3).
+        level: Whether height drift is corrected wherever feet stand. Trainings do so; ``eval.clean`` levels in a
+            stage of its own, recorded and reconstructed roots alike.
+    """
+    return place_on_ground(reconstruct_root(load_pretrained_root(name), clip, accelerations, level=level))

@@ -1,8 +1,8 @@
-"""The centre of mass in the air: while nothing carries the body it goes on with the velocity that it had, and falls.
+"""Ballistic flight of the centre of mass: while nothing carries the body, it keeps its velocity and falls.
 
-A window of 80 ms that begins after the feet have left the ground does not tell how fast the body is, and no foot tells it either:
-that has to be remembered. That nothing carries the body is what the sensors feel: the mean of their free accelerations, weighed by
-the masses that they sit on, is gravity's then. Causal but for a mean over five samples, two of which lie ahead.
+A root model's window of 80 ms that begins after the feet have left the ground holds no sign of the body's velocity, and no foot
+does: it has to be remembered. In flight the mean of the sensors' free accelerations, weighted by the masses that they stand for,
+is gravity. Causal but for a mean over five samples, two of which lie ahead.
 """
 
 from math import sqrt
@@ -12,12 +12,10 @@ import numpy as np
 from datasets.imu.sensor_model import GRAVITY_VECTOR_M_S2, SENSOR_BODIES, SENSOR_RATE_HZ
 from datasets.motion.humanoid import BODY_MASSES_KG, BODY_NAMES
 
-AIRBORNE_WEIGHT_RATIO, GROUNDED_WEIGHT_RATIO = (
-    0.4,
-    0.8,
-)  # of the body's weight on the ground: below it flies, above it is carried, in between it is a bit of both
-VELOCITY_TIME_CONSTANT_S = 0.15  # within which the velocity follows the steps of a body that is carried
-ACCELERATION_WINDOW_SAMPLES = 5  # samples of which accelerations are averaged
+# Share of its weight that the body feels: below the first it flies, above the second it is carried, in between both in part.
+AIRBORNE_WEIGHT_RATIO, GROUNDED_WEIGHT_RATIO = 0.4, 0.8
+VELOCITY_TIME_CONSTANT_S = 0.15  # s, with which the velocity follows the steps of a carried body
+ACCELERATION_WINDOW_SAMPLES = 5  # samples, over which accelerations are averaged
 _DT = 1.0 / SENSOR_RATE_HZ
 _SHARE = 1.0 - np.exp(-_DT / VELOCITY_TIME_CONSTANT_S)
 
@@ -34,40 +32,40 @@ _SHARES = _sensor_shares()
 
 
 class BallisticRoot:
-    """The velocity of one figure's centre of mass, from step to step at 100 Hz."""
+    """Filter of the pelvis' steps of one figure at 100 Hz, which keeps the velocity of its centre of mass in flight."""
 
     def __init__(self) -> None:
         """Begin with the velocity of the first step."""
         self._velocity: tuple[float, float, float] | None = None
 
-    def step(self, asked: list[float], centre: list[float], acceleration: list[float]) -> tuple[float, float, float]:
-        """Return the step of the pelvis [m], three numbers: as it is asked for where something carries the body.
+    def step(self, displacement: list[float], centre: list[float], acceleration: list[float]) -> tuple[float, float, float]:
+        """Return the filtered step of the pelvis [m], three numbers: the predicted one where something carries the body.
 
         Args:
-            asked: Step of the pelvis to the next frame [m], three numbers.
-            centre: Movement of the centre of mass against the pelvis in that step [m], three numbers.
-            acceleration: Of the centre of mass, free [m/s^2], three numbers; from ``smoothed_com_acceleration``.
+            displacement: Predicted step of the pelvis to the next frame [m], three numbers.
+            centre: Step of the centre of mass relative to the pelvis [m], three numbers.
+            acceleration: Free acceleration of the centre of mass from ``smoothed_com_acceleration`` [m/s^2], three numbers.
         """
         ax, ay, az = acceleration
         weight = sqrt(ax * ax + ay * ay + (az - GRAVITY_VECTOR_M_S2[2]) ** 2) / -GRAVITY_VECTOR_M_S2[2]
         held = min(max((weight - AIRBORNE_WEIGHT_RATIO) / (GROUNDED_WEIGHT_RATIO - AIRBORNE_WEIGHT_RATIO), 0.0), 1.0)
         held = held * held * (3.0 - 2.0 * held)
-        told = [(step + moved) / _DT for step, moved in zip(asked, centre, strict=True)]
-        before = told if self._velocity is None else self._velocity
-        kept = [velocity + change * _DT for velocity, change in zip(before, acceleration, strict=True)]
-        x, y, z = (own + held * (other - own) for own, other in zip(kept, told, strict=True))
-        vx, vy, vz = (own + held * _SHARE * (other - own) for own, other in zip(kept, told, strict=True))
+        predicted = [(step + moved) / _DT for step, moved in zip(displacement, centre, strict=True)]  # velocities of the centre of mass
+        before = predicted if self._velocity is None else self._velocity
+        ballistic = [velocity + change * _DT for velocity, change in zip(before, acceleration, strict=True)]
+        x, y, z = (own + held * (other - own) for own, other in zip(ballistic, predicted, strict=True))
+        vx, vy, vz = (own + held * _SHARE * (other - own) for own, other in zip(ballistic, predicted, strict=True))
         self._velocity = vx, vy, vz
         return x * _DT - centre[0], y * _DT - centre[1], z * _DT - centre[2]
 
 
 def apply_ballistic_root(path: np.ndarray, centre: np.ndarray, accelerations: np.ndarray) -> np.ndarray:
-    """Return a pelvis' path (N, 3) [m] at 100 Hz that goes through ``Flight`` step by step.
+    """Return the path of a pelvis (N, 3) [m] at 100 Hz after ``BallisticRoot``, step by step.
 
     Args:
-        path: Of the pelvis, as a model says [m], shape (N, 3).
+        path: Predicted path of the pelvis [m], shape (N, 3).
         centre: Centre of mass relative to the pelvis [m], shape (N, 3).
-        accelerations: Free, of the sensors [m/s^2], shape (N, 19, 3).
+        accelerations: Free accelerations of the sensors [m/s^2], shape (N, 19, 3).
     """
     flight = BallisticRoot()
     columns = (np.diff(path, axis=0), np.diff(centre, axis=0), smoothed_com_acceleration(accelerations)[:-1])
@@ -81,10 +79,12 @@ def com_acceleration(accelerations: np.ndarray) -> np.ndarray:
 
 
 def smoothed_com_acceleration(accelerations: np.ndarray) -> np.ndarray:
-    """Return the centre of mass' free acceleration [m/s^2], averaged over ``MEAN`` samples, those beyond the ends like the last.
+    """Return the centre of mass' free acceleration [m/s^2], averaged over ``ACCELERATION_WINDOW_SAMPLES``, shape (N, 3).
+
+    Beyond its ends the recording goes on with its first and its last sample.
 
     Args:
-        accelerations: Free, of the sensors [m/s^2], shape (N, 19, 3).
+        accelerations: Free accelerations of the sensors [m/s^2], shape (N, 19, 3).
     """
     whole = com_acceleration(accelerations)
     ahead = ACCELERATION_WINDOW_SAMPLES // 2

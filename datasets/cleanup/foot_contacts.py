@@ -1,4 +1,4 @@
-"""Foot contacts of a whole clip: when a foot stands, on ground of any level, from where it is and how fast it moves."""
+"""Foot contacts of a whole clip on ground of any level, detected by the height and the speed of sole points."""
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -7,25 +7,25 @@ from datasets.motion.clip import BodyMotion
 from datasets.motion.kinematics import body_poses, linear_velocity, sole_points
 
 # Measured on 21 synthetic clips whose plants are known: precision and recall 0.95 and 1.00 on the clean ones, 0.94 and 0.81 on
-# what a simulated suit makes of them; in the walks of cmu/train no foot is said to stand in 4 % of the frames. At 0.3 m/s, or with
-# velocities that are not smoothed, that share is twice as large; at 0.5 m/s feet that leave the ground count for longer.
-MAX_CONTACT_SPEED_M_S = 0.4  # m/s, of a sole point that stands
+# what a simulated suit makes of them; in the walks of cmu/train no contact is found in 4 % of the frames. At 0.3 m/s, or with
+# velocities that are not smoothed, that share is twice as large; at 0.5 m/s feet that leave the ground count as standing for longer.
+MAX_CONTACT_SPEED_M_S = 0.4  # m/s, of a sole point in contact
 VELOCITY_SMOOTHING_S = 1.0 / 15.0  # s, over which velocities are averaged
-SUPPORT_POINT_MARGIN_M = 0.02  # m, above the foot's lowest sole point, within which another one may be what it stands on
-MAX_CONTACT_HEIGHT_M = 0.06  # m, above its lowest place in a slow span, or above the other foot, within which a foot stands
-MIN_CONTACT_S = 0.05  # s: 5 frames of the thesis's 100 Hz; a shorter contact is none
-MIN_CONTACT_GAP_S = 0.15  # s: 15 frames of the thesis's 100 Hz; a shorter gap in a contact is none
+SUPPORT_POINT_MARGIN_M = 0.02  # m, above the foot's lowest sole point, within which another one may carry it
+STANDING_HEIGHT_MARGIN_M = 0.06  # m, above its lowest place in a slow span, or above the other foot, within which a foot stands
+MIN_CONTACT_S = 0.05  # s, 5 frames of the thesis's 100 Hz; a shorter contact is removed
+MIN_CONTACT_GAP_S = 0.15  # s, 15 frames of the thesis's 100 Hz; a shorter gap between contacts is filled
 
 
 def detect_foot_contacts(motion: BodyMotion) -> np.ndarray:
-    """Return when the left and the right foot stand (T, 2).
+    """Return whether the left and the right foot stand in each frame, shape (T, 2).
 
     A foot may stand while one of its lowest sole points is slow. It does where in the same slow span it is the lower foot at
     least once, for no foot rests in the air while the other is below it, and as long as it stays at the height that it has then:
     so the level of the ground need not be known, and stairs count as ground.
 
     Args:
-        motion: Clip whose root moves; floating or sinking as a whole does no harm.
+        motion: Clip with a root path; floating or sinking as a whole does no harm.
 
     Source: thesis 2.5 after Lee et al. 2002: positions and velocities against thresholds, then ``debounce_labels``.
     """
@@ -42,12 +42,12 @@ def detect_foot_contacts(motion: BodyMotion) -> np.ndarray:
 
 
 def debounce_labels(labels: np.ndarray, shortest: int, gap: int) -> np.ndarray:
-    """Return contact labels without flicker: first short contacts are removed, then short gaps between the rest are filled.
+    """Return contact labels (T,) without flicker: first short contacts are removed, then short gaps between the rest are filled.
 
     Args:
-        labels: Of one foot, shape (T,).
-        shortest: Frames; a contact of fewer is removed, unless the clip begins or ends in it, where it may be longer.
-        gap: Frames; a gap between two contacts of fewer is filled.
+        labels: Contact labels of one foot, shape (T,).
+        shortest: Shortest contact [frames]; a shorter one is removed, unless the clip begins or ends in it, where it may be longer.
+        gap: Shortest gap [frames]; a shorter one between two contacts is filled.
 
     Source: thesis 2.5, with 5 and 15 frames.
     """
@@ -62,24 +62,24 @@ def debounce_labels(labels: np.ndarray, shortest: int, gap: int) -> np.ndarray:
 
 
 def true_spans(labels: np.ndarray) -> np.ndarray:
-    """Return where runs of true labels (T,) start and stop (exclusive), shape (spans, 2)."""
+    """Return the first frame and the frame after the last of each run of true labels (T,), shape (spans, 2)."""
     edges = np.flatnonzero(np.diff(np.concat([[False], labels, [False]]).astype(np.int8)))
     return edges.reshape(-1, 2)
 
 
 def _standing(slow: np.ndarray, heights: np.ndarray, above: np.ndarray) -> np.ndarray:
-    """Return when a foot stands (T,).
+    """Return whether a foot stands in each frame, shape (T,).
 
     Args:
-        slow: Whether it is slow, shape (T,).
-        heights: Of its lowest sole point [m], shape (T,).
-        above: The same above the lower of both feet [m], shape (T,).
+        slow: Whether the foot is slow, shape (T,).
+        heights: Height of its lowest sole point [m], shape (T,).
+        above: Height of its lowest sole point above that of the lower foot [m], shape (T,).
     """
     standing = np.zeros_like(slow)
     for start, stop in true_spans(slow):
-        lower = above[start:stop] < MAX_CONTACT_HEIGHT_M
+        lower = above[start:stop] < STANDING_HEIGHT_MARGIN_M
         here = heights[start:stop]
         falls = start > 0 and stop < len(slow) and heights[start - 1] < here[0] and heights[stop] < here[-1]  # the top of a jump
         if lower.any() and not falls:
-            standing[start:stop] = here < here[lower].min() + MAX_CONTACT_HEIGHT_M
+            standing[start:stop] = here < here[lower].min() + STANDING_HEIGHT_MARGIN_M
     return standing

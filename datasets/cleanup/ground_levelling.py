@@ -1,4 +1,4 @@
-"""Clips of which it is known that the ground is level: heights that drifted are put right wherever a foot stands."""
+"""Clips of level ground: detection of floating figures, and correction of drifted heights wherever a foot stands."""
 
 from dataclasses import replace
 
@@ -6,23 +6,23 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from datasets.cleanup.foot_contacts import detect_foot_contacts, true_spans
+from datasets.cleanup.support_levels import MAX_FLIGHT_S
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import FOOT_AND_TOE_BODIES
 from datasets.motion.kinematics import body_poses, lowest_point_heights
 
-GROUND_SMOOTHING_S = 0.15  # s, over which the ground's height is smoothed: a suit's legs differ by centimetres, and the figure must not hop
-AIRBORNE_HEIGHT_M = 0.08  # m, of the body's lowest point; whoever is higher is in the air
-MAX_JUMP_S = 1.2  # s
+GROUND_SMOOTHING_S = 0.15  # s, of the Gaussian over the ground's height: a suit's legs differ by centimetres, and figures must not hop
+AIRBORNE_HEIGHT_M = 0.08  # m, of the figure's lowest point, above which it is in the air
 
 
 def is_floating(motion: BodyMotion) -> bool:
-    """Return whether somebody is in the air for longer than a jump, as suits let them that do not know the root."""
+    """Return whether the figure is in the air for longer than a jump lasts, as in recordings of suits that do not know the root."""
     lowest = lowest_point_heights(*body_poses(motion)).min(axis=1)
-    return bool(np.any(np.diff(true_spans(lowest > AIRBORNE_HEIGHT_M), axis=1) > MAX_JUMP_S * motion.fps))
+    return bool(np.any(np.diff(true_spans(lowest > AIRBORNE_HEIGHT_M), axis=1) > MAX_FLIGHT_S * motion.fps))
 
 
 def level_to_ground(motion: BodyMotion) -> BodyMotion:
-    """Return a clip whose standing feet are on the ground at zero; in between the root keeps its rises and falls.
+    """Return the clip with standing feet on the ground at zero; between contacts the root keeps its rises and falls.
 
     Args:
         motion: Clip of level ground whose root may have drifted up or down. Where no foot ever stands only its lowest point is put on

@@ -1,4 +1,4 @@
-"""Feet that keep still while they are said to stand: toe-bases held in place frame by frame (LoBSTr, section 3.4.1)."""
+"""Live foot lock: toe-bases held in place frame by frame while their contact is predicted (LoBSTr, section 3.4.1)."""
 
 from typing import NamedTuple
 
@@ -8,8 +8,8 @@ from datasets.motion.humanoid import BODY_NAMES, SKELETON
 from datasets.motion.rotation import cross, skew
 from datasets.motion.rotation_matrices import matrices_to_quaternions, quaternions_to_matrices
 
-RELEASE_FRAMES = 10
-MAX_LOCK_DISTANCE_M = 0.25  # m, from the held place to where the toe-base is wanted, beyond which it is released: that contact was none
+RELEASE_FRAMES = 10  # within which a released toe-base returns to its predicted position
+MAX_LOCK_DISTANCE_M = 0.25  # m, from the held to the predicted position, beyond which a toe-base is released: that contact was none
 _NEVER = RELEASE_FRAMES  # frames since a release that has no effect any more
 
 _LEGS = [[BODY_NAMES.index(f"{part}_{side}") for part in ("thigh", "shin", "foot")] for side in "lr"]
@@ -19,13 +19,20 @@ _THIGH_LENGTH, _SHIN_LENGTH = -float(_KNEE[2]), -float(_ANKLE[2])  # m
 
 _IK_ITERATIONS = 3  # leave 0.1 mm in 95 % of the frames, 0.7 mm in 99 %
 _DAMPING = 0.02  # m
-# Squared, how readily thigh (about any axis), knee and ankle give way: the heel is lifted only where the leg is all but straight.
+# Squared weights with which thigh (about any axis), knee and ankle give way: the heel is lifted only where the leg is all but straight.
 _JOINT_COMPLIANCE = np.array([1.0, 1.0, 1.0, 1.0, 0.1])
 _MOST_FLEXION = np.radians(150.0)
 
 
 class _Leg(NamedTuple):
-    """Legs: where the hip is [m] (..., 3), rotation matrices of thigh and foot in the world, and the knee's flexion [rad] (...)."""
+    """Poses of legs in the world.
+
+    Attributes:
+        hip: Positions of the hip [m], shape (..., 3).
+        thigh: Rotation matrices of the thigh, shape (..., 3, 3).
+        flexion: Flexion of the knee [rad], shape (...).
+        foot: Rotation matrices of the foot, shape (..., 3, 3).
+    """
 
     hip: np.ndarray
     thigh: np.ndarray
@@ -34,37 +41,37 @@ class _Leg(NamedTuple):
 
 
 class LiveFootLock:
-    """Holds the toe-bases of several users, each in a row of its own.
+    """Foot lock of several users, each in a row of its own.
 
-    At the moment when contact begins a toe-base's place becomes its target, and Jacobian inverse kinematics keeps it there while
-    contact lasts. Afterwards it goes over to where it is wanted within ``RELEASE_FRAMES``, along a shifted sine.
+    When contact begins, a toe-base's position becomes its target, and Jacobian inverse kinematics keeps it there while contact
+    lasts. Afterwards it returns to its predicted position within ``RELEASE_FRAMES``, along a shifted sine.
     """
 
     def __init__(self, users: int) -> None:
-        """Begin with feet that are free."""
+        """Start with all feet released."""
         self._touched = np.zeros((users, 2), dtype=bool)
         self._held = np.zeros((users, 2), dtype=bool)
-        self._since = np.full((users, 2), _NEVER)  # frames, since the release
-        self._place = np.zeros((users, 2, 3))  # m, where it is held, or was when it was released
-        self._toe = np.zeros((users, 2, 3))  # m, where it was in the frame before
+        self._since = np.full((users, 2), _NEVER)  # frames since the release
+        self._place = np.zeros((users, 2, 3))  # m, position where it is held, or was when it was released
+        self._toe = np.zeros((users, 2, 3))  # m, position in the previous frame
 
     def reset(self, rows: np.ndarray) -> None:
-        """Free the feet of the users in ``rows`` (n,)."""
+        """Release the feet of the users in ``rows`` (n,)."""
         self._touched[rows] = self._held[rows] = False
         self._since[rows] = _NEVER
 
     def step(self, rows: np.ndarray, root_position: np.ndarray, local_rotations: np.ndarray, contacts: np.ndarray) -> np.ndarray:
-        """Return the poses of one frame with their feet held.
+        """Return the poses of one frame with standing feet held.
 
         Args:
-            rows: Of the users whose frame it is, each at most once, shape (n,).
-            root_position: Of the pelvis in the world [m], shape (n, 3).
-            local_rotations: Of the 20 bodies, the pelvis' in the world, wxyz, shape (n, 20, 4).
+            rows: Rows of the users whose frame it is, each at most once, shape (n,).
+            root_position: Positions of the pelvis in the world [m], shape (n, 3).
+            local_rotations: Rotations of the 20 bodies relative to their parents, of the pelvis to the world, wxyz, shape (n, 20, 4).
             contacts: Whether the left and the right toe-base stand, shape (n, 2).
 
         Returns:
-            Local rotations, shape (n, 20, 4), those of legs that stand or are just released changed: the thigh's, the knee's about its
-            hinge, never backward, and the foot's. What is out of a leg's reach is approached as far as the leg goes.
+            Local rotations, shape (n, 20, 4). Changed are those of legs that stand or were just released: the thigh's, the knee's
+            about its hinge, never backward, and the foot's. A target out of reach is approached as far as the leg goes.
         """
         pelvis = quaternions_to_matrices(local_rotations[:, None, 0])
         legs = _legs(root_position, pelvis, local_rotations)
@@ -83,7 +90,7 @@ class LiveFootLock:
         return out
 
     def _targets(self, rows: np.ndarray, wanted: np.ndarray, contacts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return where toe-bases are to be [m] (n, 2, 3), and which are not simply where they are ``wanted`` (n, 2, 3)."""
+        """Return the toe-bases' targets [m] (n, 2, 3), and whether each differs from its predicted position ``wanted`` [m] (n, 2, 3)."""
         held, place, since = self._held[rows], self._place[rows], np.minimum(self._since[rows] + 1, _NEVER)
         released = held & (~contacts | (np.sum((wanted - place) ** 2, axis=-1) > MAX_LOCK_DISTANCE_M**2))
         since[released] = 1
@@ -110,19 +117,19 @@ def _legs(root_position: np.ndarray, pelvis: np.ndarray, local_rotations: np.nda
 
 
 def _toe(leg: _Leg) -> np.ndarray:
-    """Return where the toe-bases are [m], shape (..., 3)."""
+    """Return the positions of the toe-bases [m], shape (..., 3)."""
     shin = leg.thigh @ _about_y(leg.flexion)
     return leg.hip + leg.thigh @ _KNEE + shin @ _ANKLE + leg.foot @ _TOE
 
 
 def _reach(leg: _Leg, target: np.ndarray) -> _Leg:
-    """Return legs whose toe-bases are at ``target`` (m, 3) [m]: damped least squares on thigh, knee and ankle.
+    """Return legs whose toe-bases are at ``target`` (m, 3) [m], by damped least squares on thigh, knee and ankle.
 
-    The foot's rotation is its own, in the world, so that the ankle makes up for what thigh and knee do.
+    The foot's rotation is that in the world, so that the ankle makes up for the rotations of thigh and knee.
     """
     hip, thigh, flexion, foot = leg
     flexion = np.maximum(np.maximum(flexion, 0.0), _needed_flexion(target - foot @ _TOE - hip))
-    turns = np.zeros((len(flexion), 3, 3))  # half of how thigh, knee and ankle turn, about their axes
+    turns = np.zeros((len(flexion), 3, 3))  # tangents of half the angles of thigh, knee and ankle about their axes
     turns[:, 1, 1] = np.tan(0.5 * flexion)
     bent = _turned(turns[:, 1])
     for _ in range(_IK_ITERATIONS):
@@ -142,9 +149,9 @@ def _reach(leg: _Leg, target: np.ndarray) -> _Leg:
 
 
 def _needed_flexion(span: np.ndarray) -> np.ndarray:
-    """Return how far knees bend at least for their ankles to be as near to the hip as ``span`` (..., 3) [m], by the law of cosines.
+    """Return the flexion (...) [rad] of knees whose ankles lie at ``span`` (..., 3) [m] from the hip, by the law of cosines.
 
-    A straight leg's Jacobian does not know that bending it makes it shorter.
+    The Jacobian of a straight leg does not show that bending shortens it.
     """
     cosine = (np.sum(span * span, axis=-1) - _THIGH_LENGTH**2 - _SHIN_LENGTH**2) / (2.0 * _THIGH_LENGTH * _SHIN_LENGTH)
     return np.arccos(np.clip(cosine, np.cos(_MOST_FLEXION), 1.0))
@@ -162,7 +169,7 @@ def _local(pelvis: np.ndarray, leg: _Leg) -> np.ndarray:
 
 
 def _turned(v: np.ndarray) -> np.ndarray:
-    """Return the rotation matrices (..., 3, 3) of vectors (..., 3) along the axes, as long as the tangents of half the angles."""
+    """Return the rotation matrices (..., 3, 3) of vectors (..., 3) along the axes whose lengths are the tangents of half the angles."""
     q = np.concat([np.ones_like(v[..., :1]), v], axis=-1)
     return quaternions_to_matrices(q / np.sqrt(np.sum(q * q, axis=-1, keepdims=True)))
 

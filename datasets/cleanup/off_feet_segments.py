@@ -1,7 +1,7 @@
-"""Where a clip needs more than feet on level ground: somebody sits, kneels, lies, climbs or is carried; physics cannot do it there.
+"""Spans of a clip that need more than feet on level ground (sitting, kneeling, lying, climbing, being carried): not for the simulation.
 
-What tells it comes from the pose wherever it can, so that feet that skate and a figure that floats do no harm: an IMU suit's root drifts
-by decimetres, but its pose is only a few degrees off.
+Criteria use the pose wherever they can, so that feet that skate and a figure that floats do no harm: an IMU suit's root drifts by
+decimetres, but its pose is only a few degrees off.
 """
 
 from typing import NamedTuple
@@ -18,26 +18,30 @@ from datasets.motion.kinematics import body_poses, centre_of_mass, linear_veloci
 # Measured on 656 real clips (dances, martial arts, jumps, runs, squats) and 221 of simulated suits: whoever is on their feet with a low
 # pelvis has the centre of mass this far beyond them for less than 0.75 s. On a chair it is 0.1 to 0.3 m behind, and so it is, for 0.9 s, in
 # two dances in which a partner lets the dancer down and draws her up again: nobody alone can be there, on a chair or not.
-LOW_PELVIS_HEIGHT_M = 0.75  # m, of the pelvis above the lower sole; who stands upright has it at 0.94
+LOW_PELVIS_HEIGHT_M = 0.75  # m, of the pelvis above the lower sole; 0.94 standing upright
 MIN_COM_OVERHANG_M = 0.05  # m, of the centre of mass beyond the feet
 MAX_COM_SPEED_M_S = 0.8  # m/s, of the centre of mass
-COM_SMOOTHING_S = 0.5  # s, over which both are averaged
-MIN_OFF_FEET_S = 0.75  # s
-RESTING_HEIGHT_M = (
-    0.08  # m, of a body's lowest point above the whole figure's: it lies on something; the pelvis' is 0.16 in the deepest squat
-)
-KNEELING_HEIGHT_M = 0.15  # m, of the knee's joint above the figure's lowest point: it is knelt on
-UPRIGHT_PELVIS_HEIGHT_M = 0.90  # m, of the pelvis above the lower sole: sitting down begins and getting up ends there
-MAX_RISING_S = 1.5  # s, for which that is waited
-SPAN_MARGIN_S = 0.25  # s, before and after everything that is found
-MIN_ON_FEET_S = 1.0  # s; a shorter return to the ground is none
+COM_SMOOTHING_S = 0.5  # s, over which overhang and speed are averaged
+MIN_OFF_FEET_S = 0.75  # s, shortest time off the feet that counts
+RESTING_HEIGHT_M = 0.08  # m, of a body's lowest point above the figure's, below which it rests on something; 0.16 for a squatting pelvis
+KNEELING_HEIGHT_M = 0.15  # m, of the knee's joint above the figure's lowest point, below which the knee is on the ground
+UPRIGHT_PELVIS_HEIGHT_M = 0.90  # m, of the pelvis above the lower sole, where sitting down begins and getting up ends
+MAX_RISING_S = 1.5  # s, longest way down or up that is added to a span
+SPAN_MARGIN_S = 0.25  # s, before and after every span
+MIN_ON_FEET_S = 1.0  # s; a shorter time on the feet between two spans belongs to them
 _TRUNK, _KNEES = [BODY_NAMES.index("spine"), BODY_NAMES.index("chest"), HEAD_BODY], [BODY_NAMES.index("shin_l"), BODY_NAMES.index("shin_r")]
 _AROUND = 2.0 * np.pi * np.arange(32) / 32
 _DIRECTIONS = np.stack([np.cos(_AROUND), np.sin(_AROUND)])
 
 
 class OffFeetSpan(NamedTuple):
-    """Frames from ``start`` up to ``stop`` that need more than level ground, and why, in words that follow "somebody"."""
+    """Span of frames that need more than feet on level ground.
+
+    Attributes:
+        start: First frame.
+        stop: Frame after the last.
+        reason: Reason in words that follow "Somebody".
+    """
 
     start: int
     stop: int
@@ -45,16 +49,16 @@ class OffFeetSpan(NamedTuple):
 
 
 def find_off_feet_spans(motion: BodyMotion) -> list[OffFeetSpan]:
-    """Return where a clip needs more than feet on level ground, in order; no two spans touch.
+    """Return the spans of a clip that need more than feet on level ground, in order; no two of them touch.
 
-    Sits or is held: the pelvis is on what is lowest, or it is low and the centre of mass stays behind, before or beside the feet, as on a
-    chair or at a partner's hands. Kneels or crawls: so it does, with a knee down. Lies: spine, chest or head is on what is lowest. Climbs,
-    hangs or is carried: see ``datasets.cleanup.support_levels``. Squats, lunges and all that leaves the feet for less than ``SHORTEST`` are
-    none of these.
+    Sits or is held: the pelvis is near the figure's lowest point, or it is low and the centre of mass stays behind, before or beside
+    the feet, as on a chair or at a partner's hands. Kneels or crawls: the same with a knee on the ground. Lies: spine, chest or head is
+    near the lowest point. Climbs, hangs or is carried: see ``datasets.cleanup.support_levels``. Squats, lunges and all that leaves the
+    feet for less than ``MIN_OFF_FEET_S`` are none of these.
 
     Args:
-        motion: Clip on its ground, with the root that was recorded. If there was none (``rooted``), heights are not believed, only how
-            the feet stand to each other. Not brought to level ground yet: of stairs that would leave no trace.
+        motion: Clip on its ground, with the root that was recorded. If there was none (``rooted``), heights are not used, only those
+            of the feet relative to each other. Not brought to level ground yet: of stairs that would leave no trace.
 
     Returns:
         Spans with the way down and up again; those that meet are one, with both reasons.
@@ -79,16 +83,16 @@ def find_off_feet_spans(motion: BodyMotion) -> list[OffFeetSpan]:
 
 
 def _unbalanced(pelvis: np.ndarray, soles: np.ndarray, centre: np.ndarray, fps: float) -> np.ndarray:
-    """Return when the pelvis is low and the feet cannot carry the weight (T,).
+    """Return whether the pelvis is low and the centre of mass beyond the feet in each frame, shape (T,).
 
     Args:
-        pelvis: Height above the lower sole [m], shape (T,).
+        pelvis: Height of the pelvis above the lower sole [m], shape (T,).
         soles: Sole points [m], shape (T, 2, 3, 3).
-        centre: Of mass [m], shape (T, 3).
-        fps: Frames per second.
+        centre: Centre of mass [m], shape (T, 3).
+        fps: Frame rate [1/s].
     """
     window = 2 * round(0.5 * COM_SMOOTHING_S * fps) + 1
-    # A point lies as far beyond a convex hull as beyond the hull's reach in that direction in which it is the farthest.
+    # The distance of a point beyond a convex hull is the largest, over all directions, of that beyond the hull's extent in a direction.
     reach = (soles.reshape(len(soles), -1, 3)[..., :2] @ _DIRECTIONS).max(axis=1)
     overhang = uniform_filter1d((centre[:, :2] @ _DIRECTIONS - reach).max(axis=1), window, mode="nearest")
     speed = np.linalg.norm(uniform_filter1d(linear_velocity(centre, fps), window, axis=0, mode="nearest"), axis=1)
@@ -96,7 +100,7 @@ def _unbalanced(pelvis: np.ndarray, soles: np.ndarray, centre: np.ndarray, fps: 
 
 
 def _lasting(labels: np.ndarray, fps: float) -> np.ndarray:
-    """Return the labels (T,) without those that last less than ``SHORTEST``."""
+    """Return the labels (T,) without runs shorter than ``MIN_OFF_FEET_S``."""
     long = np.zeros_like(labels)
     for start, stop in true_spans(labels):
         long[start:stop] = stop - start >= MIN_OFF_FEET_S * fps - 1e-6
@@ -104,7 +108,7 @@ def _lasting(labels: np.ndarray, fps: float) -> np.ndarray:
 
 
 def _with_ways(labels: np.ndarray, pelvis: np.ndarray, fps: float) -> np.ndarray:
-    """Return the labels (T,) spread to all of a time with a low pelvis [m] (T,), and on to where it has risen, if that is soon."""
+    """Return the labels (T,) spread over the whole time with a low pelvis [m] (T,), and over the ways down and up, if these are short."""
     spread = labels.copy()
     for start, stop in true_spans(pelvis < LOW_PELVIS_HEIGHT_M):
         spread[start:stop] |= labels[start:stop].any()
@@ -116,7 +120,7 @@ def _with_ways(labels: np.ndarray, pelvis: np.ndarray, fps: float) -> np.ndarray
 
 
 def _spans(found: dict[str, np.ndarray], ways: np.ndarray, fps: float) -> list[OffFeetSpan]:
-    """Return spans of what was found, by reason (T,), with the ways there and back (T,) and margins; those that meet joined."""
+    """Return the spans of what was found, labels (T,) by reason, with ways down and up (T,) and margins; spans that meet are joined."""
     margin, together = round(SPAN_MARGIN_S * fps), np.zeros_like(ways)
     for start, stop in true_spans(ways | np.any(list(found.values()), axis=0)):
         together[max(0, start - margin) : stop + margin] = True

@@ -1,6 +1,6 @@
-"""Who climbs, hangs or is carried, told from a clip that floats or drifts by on which levels feet stand.
+"""Detection of climbing, hanging and being carried by the levels on which feet stand, robust to floating and drifting clips.
 
-A suit's root drifts up and down by decimetres, but slowly; and how two feet that stand are to each other does not drift at all.
+A suit's root drifts up and down by decimetres, but slowly; and two standing feet do not drift relative to each other at all.
 """
 
 import numpy as np
@@ -12,21 +12,21 @@ from datasets.motion.kinematics import body_poses, linear_velocity, lowest_point
 
 # Measured on level ground, 320 real clips and 221 of simulated suits: two feet that stand together differ by up to 0.08 m, by 0.11 m
 # with a reconstructed root; a foot differs from the one that stood before by up to 0.14 m, but by 0.8 m with a reconstructed root.
-MIN_STEP_HEIGHT_M = 0.13  # m, between two feet that stand at the same time: they stand on different levels, such as a stair's
-MIN_LEAP_HEIGHT_M = 0.25  # m, between a foot that stands and the one that stood before, if they never stand together
-MIN_DOUBLE_STANCE_S = 0.05  # s, for which two feet stand at the same time at least
-GROUND_TOLERANCE_M = 0.07  # m, from the ground: a foot that stands there may stand on something else
-AIRBORNE_HEIGHT_M = 0.25  # m, of the lowest point above the ground
-MAX_FLIGHT_S = 1.2  # s: a jump of 1.8 m
-MAX_HANGING_SWING_M_S = 1.0  # m/s, of the feet against the pelvis: legs that run do not hang, though a runner floats whose suit drifts
+MIN_STEP_HEIGHT_M = 0.13  # m, between two feet that stand at the same time, above which they stand on different levels, such as a stair's
+MIN_LEAP_HEIGHT_M = 0.25  # m, the same between a foot that stands and the one that stood before, if they never stand together
+MIN_DOUBLE_STANCE_S = 0.05  # s, shortest overlap of two stances that stand at the same time
+GROUND_TOLERANCE_M = 0.07  # m, from the ground, beyond which a standing foot may stand on something else
+MIN_HANGING_HEIGHT_M = 0.25  # m, of the lowest point above the ground
+MAX_FLIGHT_S = 1.2  # s, longest flight of a jump, 1.8 m high
+MAX_HANGING_SWING_M_S = 1.0  # m/s, of the feet relative to the pelvis: running legs do not hang, though a runner floats whose suit drifts
 
 Stance = tuple[int, int, int]  # first frame, frame after the last, side
 
 
 def detect_climbing(motion: BodyMotion) -> np.ndarray:
-    """Return when a foot stands on something else than the ground, or is on its way there or back (T,).
+    """Return whether a foot stands on something else than the ground, or is on its way there or back, in each frame, shape (T,).
 
-    It does only if the feet somewhere are on levels that differ as stairs do; else it is the clip that floats.
+    That holds only if the feet somewhere are on levels that differ as stairs do; else it is the clip that floats.
 
     Args:
         motion: Clip on its ground; of one whose root was not recorded only feet that stand together are compared.
@@ -54,10 +54,10 @@ def _steps(stances: list[Stance], level: dict[Stance, float], heights: np.ndarra
     """Return pairs of stances that overlap or follow each other, on different levels.
 
     Args:
-        stances: In the order in which they begin.
-        level: Height of each [m].
-        heights: Of both soles [m], shape (T, 2).
-        motion: The clip.
+        stances: Stances in the order in which they begin.
+        level: Height of each stance [m].
+        heights: Heights of both soles [m], shape (T, 2).
+        motion: Clip on its ground.
     """
     steps = []
     for at, later in enumerate(stances):
@@ -74,7 +74,9 @@ def _steps(stances: list[Stance], level: dict[Stance, float], heights: np.ndarra
 
 
 def detect_hanging(motion: BodyMotion) -> np.ndarray:
-    """Return when somebody moves above the ground for longer than a jump with legs that hang (T,); never if no root was recorded.
+    """Return whether the figure moves above the ground with hanging legs for longer than a jump lasts, in each frame, shape (T,).
+
+    Never if no root was recorded.
 
     Args:
         motion: Clip on its ground, or floating over it as a whole: the ground is where feet stand before and after.
@@ -90,7 +92,7 @@ def detect_hanging(motion: BodyMotion) -> np.ndarray:
     feet = positions[:, [foot for foot, _ in FOOT_AND_TOE_BODIES]]
     speed = np.linalg.norm(linear_velocity(feet, motion.fps), axis=-1).min(axis=1)
     swing = np.linalg.norm(linear_velocity(feet - positions[:, :1], motion.fps), axis=-1).mean(axis=1)
-    for start, stop in true_spans(~contacts.any(axis=1) & (above > AIRBORNE_HEIGHT_M)):
+    for start, stop in true_spans(~contacts.any(axis=1) & (above > MIN_HANGING_HEIGHT_M)):
         moves = speed[start:stop].mean() > MAX_CONTACT_SPEED_M_S and swing[start:stop].mean() < MAX_HANGING_SWING_M_S
         hangs[start:stop] = moves and stop - start > MAX_FLIGHT_S * motion.fps
     return hangs

@@ -1,4 +1,4 @@
-"""``python -m datasets.describe``."""
+"""Entry point of ``python -m datasets.describe``."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""What motion files are, and what retargeting and floor calibration did to them: ``python -m datasets.describe PATH``."""
+"""Description of motion files, their retargeting and floor calibration: ``python -m datasets.describe PATH``."""
 
 import argparse
 import sys
@@ -23,7 +23,7 @@ from datasets.retarget.performer_clip import METRES_PER_UNIT, PerformerClip
 from datasets.retarget.retarget import Retargeted, retarget
 from datasets.retarget.retarget_error import RetargetMetrics, measure_retarget
 
-# A joint that tells which program made a skeleton; the first that is there counts
+# Joint name -> program whose skeletons have such a joint; the first that is found counts
 FAMILIES = {
     "LHipJoint": "CMU",
     "lButtock": "daz",
@@ -33,7 +33,7 @@ FAMILIES = {
     "Spine3": "Perception Neuron",
     "LeftInHandIndex": "Rokoko",
 }
-MIN_WIDTH = 200  # columns, where the output is no terminal
+MIN_WIDTH = 200  # characters in a line, where the output is no terminal
 CAPTION = """\
 scale: our leg length over the performer's. lift [cm]: put onto all heights so that standing feet are on the ground.
 error [mm]: mean distance of our joints from the performer's scaled ones, hips aligned. world: the same with the lift.
@@ -43,7 +43,13 @@ lowest foot [cm]: lowest / lowest tenth / median of the frames. jumps: frames in
 
 @dataclass(frozen=True)
 class Description:
-    """One file: where it lies, its clip on the 20 bodies, and the measures of that."""
+    """Description of one file.
+
+    Attributes:
+        path: Path of the file.
+        retargeted: Clip of the file on the 20 bodies.
+        fidelity: Measures of the retargeting.
+    """
 
     path: Path
     retargeted: Retargeted
@@ -51,17 +57,17 @@ class Description:
 
 
 def describe(source: Path, mapping_file: Path | None = None) -> list[Description]:
-    """Return what the files of a source are.
+    """Return descriptions of the files of a source.
 
     Args:
-        source: A BVH file or a folder of them.
-        mapping_file: What is known of their joints, unit and axes.
+        source: BVH or MVNX file, or a folder of them.
+        mapping_file: Mapping of joints, unit and axes of all the files; what it leaves out is detected.
 
     Returns:
         A description for each file, sorted by path.
 
     Raises:
-        InputError: If there are none, or one is broken.
+        InputError: If there is no file, or one is broken.
     """
     mapping = read_mapping(mapping_file) if mapping_file else None
     described = []
@@ -72,7 +78,7 @@ def describe(source: Path, mapping_file: Path | None = None) -> list[Description
 
 
 def table(described: list[Description]) -> Table:
-    """Return a row for each clip."""
+    """Return a table with a row for each clip."""
     rows = Table(title="Clips on the 20 bodies", caption=Text(CAPTION), caption_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for heading in ("clip", "skeleton", "unit, up"):
         rows.add_column(heading, no_wrap=True)
@@ -86,7 +92,7 @@ def table(described: list[Description]) -> Table:
 
 
 def _row(description: Description) -> tuple[str, ...]:
-    """Return a clip's cells."""
+    """Return the cells of a clip's row."""
     retargeted, fidelity = description.retargeted, description.fidelity
     performer_clip, motion = retargeted.performer_clip, retargeted.motion
     worst = int(np.nanargmax(fidelity.error_local))
@@ -109,19 +115,19 @@ def _row(description: Description) -> tuple[str, ...]:
 
 
 def _skeleton(performer_clip: PerformerClip) -> str:
-    """Return the number of joints and, where known, the program that the skeleton comes from."""
+    """Return the number of joints and, if recognised, the program that made the skeleton."""
     names = performer_clip.motion.skeleton.names
     family = next((family for joint, family in FAMILIES.items() if joint in names), "")
     return f"{family} {len(names)} joints".strip()
 
 
 def _unit(metres: float) -> str:
-    """Return the name of a unit, or its length."""
+    """Return the name of a unit of ``metres``, or its length."""
     return next((name for name, length in METRES_PER_UNIT.items() if length == metres), f"{metres:g} m")
 
 
 def _notes(description: Description) -> list[str]:
-    """Return what is out of the ordinary about a clip."""
+    """Return notes of what is unusual about a clip."""
     retargeted, fidelity = description.retargeted, description.fidelity
     performer_clip, calibration = retargeted.performer_clip, retargeted.calibration
     lacking = [body for body in OPTIONAL_BODIES if body not in performer_clip.joint_map]
@@ -138,7 +144,7 @@ def _notes(description: Description) -> list[str]:
 
 
 def _draw_all(described: list[Description], folder: Path) -> None:
-    """Draw a picture of each clip into a folder, under the file's name, with those of its folders where two are the same."""
+    """Draw a picture of each clip into a folder, under the file's name, with its folder's in front where two are the same."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -149,9 +155,9 @@ def _draw_all(described: list[Description], folder: Path) -> None:
         draw(description.retargeted, description.fidelity, folder / f"{name}.png")
 
 
-def main(arguments: list[str] | None = None) -> int:
+def main(arguments: list[str] | None = None, prog: str = "python -m datasets.describe") -> int:
     """Run the command line; return the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m datasets.describe", description="Say what motion files are and how they retarget.")
+    parser = argparse.ArgumentParser(prog=prog, description="Say what motion files are and how they retarget.")
     parser.add_argument("path", type=Path, help="a BVH file or a folder of them")
     parser.add_argument("--out", type=Path, help="folder for a picture of each clip")
     parser.add_argument("--mapping", type=Path, help="YAML file that names joints, unit or up axis, such as 'thigh_l: LeftUpLeg'")

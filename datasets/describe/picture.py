@@ -1,4 +1,4 @@
-"""A picture of a retargeted clip: performer and humanoid over each other from the side and the front, and the feet's height."""
+"""Picture of a retargeted clip: performer and humanoid over each other from the side and the front, and the feet's height."""
 
 from pathlib import Path
 
@@ -13,8 +13,8 @@ from datasets.motion.rotation import heading, rotate
 from datasets.retarget.retarget import Retargeted
 from datasets.retarget.retarget_error import RetargetMetrics, performer_points
 
-POSES = 8
-SPACING = 1.3  # m between poses
+POSES = 8  # drawn side by side
+SPACING = 1.3  # m, between poses
 COLOURS = {"l": "tab:blue", "r": "tab:red"}
 _PARENTS = {body.name: body.parent for body in BODIES}
 
@@ -23,9 +23,9 @@ def draw(retargeted: Retargeted, fidelity: RetargetMetrics, path: Path) -> None:
     """Draw a clip into a PNG file.
 
     Args:
-        retargeted: The clip.
-        fidelity: Its measures.
-        path: The file.
+        retargeted: Retargeted clip.
+        fidelity: Measures of its retargeting.
+        path: PNG file to write.
     """
     figure = Figure(figsize=(16, 11), layout="constrained")
     FigureCanvasAgg(figure)
@@ -41,7 +41,7 @@ def draw(retargeted: Retargeted, fidelity: RetargetMetrics, path: Path) -> None:
 
 
 def _poses(axes: Axes, retargeted: Retargeted, frames: np.ndarray, view: int, title: str) -> None:
-    """Draw the poses of some frames, each turned to face x: from its right (view 0) or from its front (view 1)."""
+    """Draw the poses of some frames, each turned to face x, seen from its right (``view`` 0) or from its front (``view`` 1)."""
     positions, rotations = body_poses(retargeted.motion)
     performer = performer_points(retargeted)
     for place, frame in enumerate(frames):

@@ -1,4 +1,4 @@
-"""BVH files: reading, checking and writing them without loss, and the poses that their channels mean.
+"""BVH files: lossless reading, checking and writing, and conversion between channels and poses.
 
 Parsed by ``datasets.formats.bvh_parser`` and not by bvhio, which keeps each frame as single-precision quaternions, so that written
 angles differ from those read (350 degrees come back as -10), and must not see an unchecked file. Lengths stay in the file's unit,
@@ -22,14 +22,14 @@ from datasets.formats.bvh_parser import Vector, parse_bvh
 
 @dataclass(frozen=True, eq=False)
 class Bvh:
-    """What a BVH file says: J joints, depth first as in the file, C channels, T frames.
+    """Contents of a BVH file: J joints, depth first as in the file, C channels, T frames.
 
     Attributes:
         names: Joint names, unique.
         parents: Index of each joint's parent, -1 for the root (always joint 0).
         offsets: OFFSET of each joint [file unit], shape (J, 3).
-        channels: Of each joint, such as ("Zrotation", "Xrotation", "Yrotation"); may be empty.
-        end_sites: Of each joint, the OFFSETs of its End Sites [file unit]: none inside the tree, usually one at a leaf.
+        channels: Channels of each joint, such as ("Zrotation", "Xrotation", "Yrotation"); may be empty.
+        end_sites: OFFSETs of each joint's End Sites [file unit]: none inside the tree, usually one at a leaf.
         frame_time: Time from frame to frame [s].
         values: Channel values in the file's order [file unit, degrees], shape (T, C).
     """
@@ -60,10 +60,10 @@ def read_bvh(path: str | os.PathLike[str]) -> Bvh:
     """Read and check a BVH file.
 
     Args:
-        path: The file; UTF-8 text of at most 256 MiB.
+        path: BVH file; UTF-8 text of at most 256 MiB.
 
     Returns:
-        Everything the file says.
+        Contents of the file.
 
     Raises:
         InputError: If the file cannot be read or is not a whole and sane BVH; names the line.
@@ -84,8 +84,8 @@ def write_bvh(path: str | os.PathLike[str], bvh: Bvh) -> None:
     """Write a BVH file that reads back equal in every number; an older file is replaced whole or not at all.
 
     Args:
-        path: The file to write.
-        bvh: What it shall say.
+        path: File to write.
+        bvh: Contents.
 
     Raises:
         InputError: If the file cannot be written there.
@@ -99,16 +99,16 @@ def write_bvh(path: str | os.PathLike[str], bvh: Bvh) -> None:
 
 
 def local_pose(bvh: Bvh) -> tuple[np.ndarray, np.ndarray]:
-    """Return where the channels put every joint relative to its parent.
+    """Return the local positions and rotations of every joint from the channels.
 
     A position channel replaces that component of the joint's OFFSET. Rotations are applied about the moving axes in the
     order of the channels: "Zrotation Xrotation Yrotation" is the matrix product Z X Y.
 
     Args:
-        bvh: A clip.
+        bvh: Contents of a file.
 
     Returns:
-        Local positions [file unit], shape (T, J, 3), and local rotations, wxyz, shape (T, J, 4).
+        Positions in the parent's frame [file unit], shape (T, J, 3), and rotations relative to the parent, wxyz, shape (T, J, 4).
     """
     positions = np.tile(bvh.offsets, (len(bvh.values), 1, 1))
     for joint, axis, column in _position_columns(bvh):
@@ -123,15 +123,15 @@ def local_pose(bvh: Bvh) -> tuple[np.ndarray, np.ndarray]:
 
 
 def channel_values(bvh: Bvh, local_positions: np.ndarray, local_rotations: np.ndarray) -> np.ndarray:
-    """Return the channel values of another performance on the same skeleton: the inverse of ``local_pose``.
+    """Return the channel values of another motion on the same skeleton: the inverse of ``local_pose``.
 
     Of the angles that mean the same rotation, those nearest to the clip's own are taken, so that curves which went
-    beyond 180 degrees still do. What a joint has no channel for is left out.
+    beyond 180 degrees still do. Components without a channel are left out.
 
     Args:
-        bvh: The clip whose skeleton, channels and T frames are meant.
-        local_positions: In the parent's frame [file unit], shape (T, J, 3).
-        local_rotations: Relative to the parent, wxyz, shape (T, J, 4).
+        bvh: Clip with the skeleton, the channels and T frames.
+        local_positions: Position of each joint in its parent's frame [file unit], shape (T, J, 3).
+        local_rotations: Rotation of each joint relative to its parent, wxyz, shape (T, J, 4).
 
     Returns:
         Values in the file's order [file unit, degrees], shape (T, C).
@@ -162,7 +162,7 @@ def _nearest_angles(rotations: Rotation, order: str, own: np.ndarray) -> np.ndar
 
 
 def _columns(bvh: Bvh) -> Iterator[tuple[int, str, int]]:
-    """Yield joint, channel and column of ``values`` of every channel."""
+    """Yield joint, channel name and column of ``values`` of every channel."""
     every = ((joint, channel) for joint, channels in enumerate(bvh.channels) for channel in channels)
     return ((joint, channel, column) for column, (joint, channel) in enumerate(every))
 
@@ -173,7 +173,7 @@ def _position_columns(bvh: Bvh) -> Iterator[tuple[int, int, int]]:
 
 
 def _rotation_columns(bvh: Bvh) -> dict[str, tuple[list[int], list[list[int]]]]:
-    """Return for each order of axes, such as "ZXY", the joints that turn in it and the columns of each of them."""
+    """Return for each order of axes, such as "ZXY", the joints that rotate in it and the columns of each of them."""
     axes: dict[int, list[tuple[str, int]]] = {}
     for joint, channel, column in _columns(bvh):
         if channel.endswith("rotation"):
@@ -187,7 +187,7 @@ def _rotation_columns(bvh: Bvh) -> dict[str, tuple[list[int], list[list[int]]]]:
 
 
 def _depths(parents: tuple[int, ...]) -> list[int]:
-    """Return each joint's distance from the root, in joints; ValueError unless they stand depth first."""
+    """Return each joint's depth below the root; raise ValueError unless the joints stand depth first."""
     path: list[int] = []  # from the root to the joint before
     depths = []
     for joint, parent in enumerate(parents):
@@ -219,5 +219,5 @@ def _lines(bvh: Bvh) -> Iterator[str]:
 
 
 def _numbers(values: list[float] | Vector) -> str:
-    """Return the shortest decimals that read back equal, without exponents, which not every program takes."""
+    """Return the shortest decimals that read back equal, without exponents, which not every program reads."""
     return " ".join(text if "e" not in (text := repr(value)) else f"{Decimal(text):f}" for value in values)

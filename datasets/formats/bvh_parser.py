@@ -1,6 +1,6 @@
-"""Parsing BVH text: every line checked, nothing believed before it was seen, memory bounded by the file's size.
+"""Parser of BVH text: checks every line, trusts no count before its values were read, and bounds memory by the file's size.
 
-Takes what real files have: any white space and line ends, keywords in any case, a byte order mark, frames wrapped over
+Accepts what real files have: any white space and line ends, keywords in any case, a byte order mark, frames wrapped over
 several lines, names with blanks, joints with none, one or several End Sites and with any channels.
 """
 
@@ -15,12 +15,12 @@ import numpy as np
 from configs.errors import InputError
 
 CHANNELS = tuple(f"{axis}{kind}" for kind in ("position", "rotation") for axis in "XYZ")
-MAX_BYTES = 256 * 2**20  # ten minutes of a suit with 59 joints of six channels at 125 Hz
-MAX_LINE = 2**20  # characters
-MAX_LINES = 5_000_000  # eleven hours at 120 frames per second
+MAX_BYTES = 256 * 2**20  # of a file; ten minutes of a suit with 59 joints of six channels at 125 Hz
+MAX_LINE = 2**20  # characters in a line
+MAX_LINES = 5_000_000  # in a file; eleven hours at 120 frames per second
 MAX_VALUES = 2**25  # of all channels, 256 MiB in memory
 MAX_NODES = 1000  # joints and end sites; the largest real skeleton seen has 165 joints
-MAX_NAME = 200  # characters
+MAX_NAME = 200  # characters in a joint's name
 MAX_DEPTH = 100  # joints from the root to a leaf
 MAX_MAGNITUDE = 1e6  # of an offset or a channel: 1 km in millimetres, 2,777 turns
 MIN_FRAME_TIME, MAX_FRAME_TIME = 1e-4, 1.0  # s
@@ -30,7 +30,15 @@ Vector = tuple[float, float, float]
 
 @dataclass
 class Tree:
-    """The HIERARCHY of a file, one entry for each joint in the file's order; channels are None until they were read."""
+    """HIERARCHY of a file, one entry for each joint in the file's order.
+
+    Attributes:
+        names: Joint names.
+        parents: Index of each joint's parent, -1 for the root.
+        offsets: OFFSET of each joint [file unit], None until it was read.
+        channels: Channels of each joint, None until they were read.
+        end_sites: OFFSETs of each joint's End Sites [file unit].
+    """
 
     names: list[str] = field(default_factory=list)
     parents: list[int] = field(default_factory=list)
@@ -44,13 +52,13 @@ class Tree:
 
 
 class _Reader:
-    """The words and lines of a file, and where they stand."""
+    """Reader of a file's lines and words, which knows the number of the current line."""
 
     def __init__(self, path: Path, file: TextIO) -> None:
         self.path, self.file, self.number, self.words = path, file, 0, []
 
     def fail(self, problem: str, line: int | None = None) -> NoReturn:
-        """Raise an InputError that names the line, the current one unless told otherwise."""
+        """Raise an InputError that names the line: the current one unless another is given."""
         raise InputError(f"{self.path}, line {line or max(self.number, 1)}: {problem}")
 
     def line(self) -> str:
@@ -62,7 +70,7 @@ class _Reader:
         return line
 
     def rest(self, expected: str) -> list[str]:
-        """Take the words that are left of a line, those of the next line that has any if there are none."""
+        """Take the words left of the current line, or those of the next line that has any."""
         while not self.words:
             line = self.line()
             if not line:
@@ -77,7 +85,7 @@ class _Reader:
         return word
 
     def expect(self, keyword: str) -> None:
-        """Take a word that must be this keyword, in any case."""
+        """Take a word that must be this keyword, in upper or lower case."""
         word = self.word(keyword)
         if word.upper() != keyword:
             self.fail(f"{quote(word)} stands where {keyword} should stand")
@@ -113,7 +121,7 @@ class _Reader:
 
 
 def quote(text: str) -> str:
-    """Return text from a file as it may stand in a message: short, printable, on one line."""
+    """Return text from a file in quotes for a message: short, printable, on one line."""
     return ascii(text if len(text) <= 40 else text[:40] + "...")
 
 
@@ -121,7 +129,7 @@ def parse_bvh(path: Path) -> tuple[Tree, float, np.ndarray]:
     """Parse a whole file.
 
     Args:
-        path: The file; text of at most 256 MiB.
+        path: BVH file; text of at most 256 MiB.
 
     Returns:
         The hierarchy, the frame time [s] and the values in the file's order (T, C) [file unit, degrees].
@@ -146,7 +154,7 @@ def parse_bvh(path: Path) -> tuple[Tree, float, np.ndarray]:
 
 
 def _hierarchy(reader: _Reader) -> Tree:
-    """Return what stands from HIERARCHY to MOTION."""
+    """Parse the lines from HIERARCHY to MOTION and return the tree."""
     tree = Tree()
     reader.expect("HIERARCHY")
     reader.expect("ROOT")
@@ -213,7 +221,7 @@ def _channels(reader: _Reader) -> tuple[str, ...]:
 
 
 def _motion(reader: _Reader, width: int, size: int) -> tuple[float, np.ndarray]:
-    """Return the frame time and the values (T, width) that stand after MOTION; ``size`` is the file's, in bytes."""
+    """Parse the lines after MOTION and return the frame time [s] and the values (T, width); ``size`` is the file's [bytes]."""
     if not width:
         reader.fail("no joint has a channel; the hierarchy should have CHANNELS")
     frames = reader.whole(reader.number_after("Frames:", "frames"), "number of frames", min(size // 2, MAX_VALUES) // width + 1)
@@ -226,9 +234,9 @@ def _motion(reader: _Reader, width: int, size: int) -> tuple[float, np.ndarray]:
 
 
 def _values(reader: _Reader, frames: int, width: int) -> np.ndarray:
-    """Return the table of ``frames`` frames with ``width`` values that fills the rest of the file."""
+    """Parse the rest of the file and return its values (frames, width)."""
     before = reader.number
-    values, ends = array("d"), array("q")  # ends: how many values stand up to and with each line
+    values, ends = array("d"), array("q")  # ends: number of values up to the end of each line
     while len(values) <= frames * width and (line := reader.line()):
         try:
             values.extend(map(float, line.split()))
@@ -238,7 +246,7 @@ def _values(reader: _Reader, frames: int, width: int) -> np.ndarray:
         ends.append(len(values))
     counts = np.diff(np.array(ends), prepend=0)
     uneven = np.flatnonzero((counts > 0) & (counts != width))
-    wrapped = np.count_nonzero(counts) != frames  # then frames may run over lines, if all in all there are enough values
+    wrapped = np.count_nonzero(counts) != frames  # then frames may run over lines, if there are enough values in all
     if len(uneven) and not (wrapped and len(values) == frames * width):
         line = int(uneven[0])
         reader.fail(f"{counts[line]} values where each of {frames} frames should have {width}", before + 1 + line)

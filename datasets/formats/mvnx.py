@@ -1,8 +1,8 @@
-"""MVNX files, the XML that Xsens' software exports: a suit's poses and what its sensors measured beside them.
+"""MVNX files, the XML that Xsens' software exports: a suit's poses and the free accelerations of its sensors.
 
-Segments stand in the file with place and orientation in the world (metres, Z up, and at rest x forward: our axes). A sensor's
-free acceleration is in the same world, gravity taken away. Files are made by strangers: no document type, and so no
-entity, is let in, and every count and number is checked.
+The file holds each segment's position and orientation in the world (metres, Z up, and at rest x forward: our axes). A sensor's
+free acceleration is in the same world, gravity subtracted. Files are untrusted: a document type, which could declare entities, is
+refused, and every count and number is checked.
 """
 
 import os
@@ -15,26 +15,26 @@ import numpy as np
 from configs.errors import InputError
 from datasets.motion.rotation import normalise
 
-MAX_BYTES = 256 * 2**20  # some twenty minutes of a full suit
-MAX_SEGMENTS = 100  # a full suit has 23 and up to four props
+MAX_BYTES = 256 * 2**20  # of a file; some twenty minutes of a full suit
+MAX_SEGMENTS = 100  # a full suit has 23, and up to four props
 MAX_MAGNITUDE = 1e6  # of any number
-FPS_RANGE = (1.0, 1000.0)  # frames per second, the least and the most
-QUATERNION_NORM_TOLERANCE = 0.01  # by which the length of a quaternion may differ from one; six decimals are usual
+FPS_RANGE = (1.0, 1000.0)  # 1/s, lowest and highest frame rate
+QUATERNION_NORM_TOLERANCE = 0.01  # by which the norm of a quaternion may differ from one; six decimals are usual
 
 
 @dataclass(frozen=True)
 class Mvnx:
-    """What an MVNX file says: J segments, S sensors, T frames.
+    """Contents of an MVNX file: J segments, S sensors, T frames.
 
     Attributes:
-        segments: Names, J of them.
+        segments: Names of the J segments.
         parents: Index of each segment's parent, -1 for the first.
         end_offsets: Farthest named point of each segment without children in its frame [m], zero for the others, shape (J, 3).
-        sensors: Names of the segments that carry sensors, S of them.
-        fps: Frames per second.
+        sensors: Names of the S segments that carry sensors.
+        fps: Frame rate [1/s].
         positions: Origins of the segments in the world [m], shape (T, J, 3).
-        orientations: Of the segments in the world, wxyz, shape (T, J, 4).
-        free_accelerations: Of the sensors in the world's axes, gravity taken away [m/s^2], shape (T, S, 3).
+        orientations: Rotations of the segments in the world, wxyz, shape (T, J, 4).
+        free_accelerations: Accelerations of the sensors in the world's axes, gravity subtracted [m/s^2], shape (T, S, 3).
     """
 
     segments: tuple[str, ...]
@@ -48,10 +48,10 @@ class Mvnx:
 
 
 class _NoDocumentType(ElementTree.TreeBuilder):
-    """Builds a tree of elements and refuses a document type, the only place where entities can be declared."""
+    """Tree builder that refuses a document type, the only place where entities can be declared."""
 
     def doctype(self, name: str, _public: str | None, _system: str | None) -> None:
-        """Refuse; the parser calls this before it reads what the document type declares."""
+        """Raise InputError; the parser calls this before it reads the declarations of the document type."""
         raise InputError(f"holds a document type '{name}', which could declare entities; remove the DOCTYPE")
 
 
@@ -59,13 +59,13 @@ def read_mvnx(path: str | os.PathLike[str]) -> Mvnx:
     """Read and check an MVNX file.
 
     Args:
-        path: The file; UTF-8 text of at most 256 MiB.
+        path: MVNX file; UTF-8 text of at most 256 MiB.
 
     Returns:
-        What it says of segments and sensors.
+        Contents of the file: segments and sensors.
 
     Raises:
-        InputError: If it cannot be read or is not a whole and sane MVNX with sensor data.
+        InputError: If the file cannot be read or is not a whole and sane MVNX with sensor data.
     """
     try:
         size = Path(path).stat().st_size
@@ -84,7 +84,7 @@ def read_mvnx(path: str | os.PathLike[str]) -> Mvnx:
 
 
 def _mvnx(root: ElementTree.Element) -> Mvnx:
-    """Return what the tree of a file says."""
+    """Return the contents of a file from its tree of elements."""
     subject = root.find("{*}subject")
     if not root.tag.endswith("mvnx") or subject is None:
         raise InputError(f"its root is <{root.tag}> and should be <mvnx> with a <subject>; export MVNX from Xsens MVN")
@@ -108,7 +108,7 @@ def _mvnx(root: ElementTree.Element) -> Mvnx:
 
 
 def _labels(elements: list[ElementTree.Element], kind: str) -> tuple[str, ...]:
-    """Return the labels of segments or sensors, checked to be there, few and unique."""
+    """Return the labels of segments or sensors; raise InputError unless there are some, not too many, all unique."""
     labels = tuple(element.get("label", "") for element in elements)
     if not 0 < len(labels) <= MAX_SEGMENTS or "" in labels or len(set(labels)) < len(labels):
         raise InputError(f"{len(labels)} {kind}s; 1 to {MAX_SEGMENTS} with labels of their own are expected")
@@ -136,7 +136,7 @@ def _tip(segment: ElementTree.Element) -> np.ndarray:
 
 
 def _rate(subject: ElementTree.Element) -> float:
-    """Return the frames per second."""
+    """Return the frame rate [1/s]."""
     text = subject.get("frameRate", "")
     try:
         fps = float(text)
@@ -148,7 +148,7 @@ def _rate(subject: ElementTree.Element) -> float:
 
 
 def _check_indices(frames: list[ElementTree.Element]) -> None:
-    """Raise InputError unless there are frames and their indices, where they have some, count without a gap."""
+    """Raise InputError unless there are frames and their indices, where given, count without a gap."""
     if not frames:
         raise InputError("no frames of type 'normal'; export a clip with motion")
     indices = [frame.get("index") for frame in frames]
@@ -170,7 +170,7 @@ def _table(frames: list[ElementTree.Element], tag: str, count: int, components: 
 
 
 def _numbers(element: ElementTree.Element, count: int, where: str) -> np.ndarray:
-    """Return the numbers in an element, checked for how many there are and for sane values."""
+    """Return the ``count`` numbers in an element; raise InputError unless there are as many and all are sane."""
     words = (element.text or "").split()
     try:
         values = np.array(words, dtype=float)

@@ -1,4 +1,4 @@
-"""Analytic inverse kinematics of the leg: where the hip and the ankle are decides everything but where the knee points."""
+"""Analytic inverse kinematics of the humanoid's leg, from the positions of hip and ankle and the direction of the knee."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -14,12 +14,12 @@ def leg_ik(hip: np.ndarray, ankle: np.ndarray, forward: np.ndarray) -> tuple[np.
     """Return the pose of a leg with a one-hinge knee that never bends backward.
 
     Args:
-        hip: Positions in the world [m], shape (T, 3).
-        ankle: Positions in the world [m], shape (T, 3); beyond the leg's length the leg is straight and points there.
-        forward: Direction in which the knee points, not along the leg, shape (T, 3).
+        hip: Positions of the hip in the world [m], shape (T, 3).
+        ankle: Positions of the ankle in the world [m], shape (T, 3); if beyond the leg's length, the leg is straight and points there.
+        forward: Direction in which the knee points, not parallel to the leg, shape (T, 3).
 
     Returns:
-        Thigh's rotations in the world, wxyz (T, 4), and the knee's flexion [rad] (T,), by the law of cosines.
+        Rotations of the thigh in the world, wxyz (T, 4), and flexions of the knee [rad] (T,), by the law of cosines.
     """
     span = hip - ankle
     distance = np.linalg.norm(span, axis=-1)

@@ -1,4 +1,4 @@
-"""A limb of two bones on anybody's skeleton: about which axis it bends, and how it reaches for a place."""
+"""Inverse kinematics of a limb of two bones on any skeleton: its bend axis, and rotations that reach a target."""
 
 import numpy as np
 
@@ -9,17 +9,17 @@ from datasets.motion.vectors import rotation_between, unit_vector
 # they blend. The second pair is for a limb that seems to bend the wrong way: then noise is likelier than a new plane.
 BLEND_ALONG = (np.radians(10.0), np.radians(45.0))
 BLEND_AGAINST = (np.radians(40.0), np.radians(80.0))
-SLACK = 0.5  # share of what a limb lacks to be straight that it may be lengthened by exactly; beyond it gives way softly
+SLACK = 0.5  # share of what a limb lacks to be straight up to which it is lengthened exactly; beyond that softly
 
 
 def bend_normal(upper: np.ndarray, lower: np.ndarray, calibrated: np.ndarray, along: np.ndarray) -> np.ndarray:
-    """Return the unit axis about which a limb bends: its own plane's where it is bent clearly.
+    """Return the unit axis (T, 3) about which a limb bends: the normal of its own plane where it is clearly bent.
 
     Args:
-        upper: Unit vectors along its upper bone, shape (T, 3).
-        lower: Unit vectors along its lower bone, shape (T, 3).
-        calibrated: Axis that is right for the performer on the whole, shape (T, 3).
-        along: Unit vectors that the axis shall be perpendicular to, shape (T, 3).
+        upper: Unit vectors along the limb's upper bone, shape (T, 3).
+        lower: Unit vectors along the limb's lower bone, shape (T, 3).
+        calibrated: Calibrated bend axis of the performer, shape (T, 3).
+        along: Unit vectors to which the axis is made perpendicular, shape (T, 3).
     """
     bend = cross(upper, lower)
     angle = np.arctan2(np.linalg.norm(bend, axis=-1), np.sum(upper * lower, axis=-1))
@@ -32,26 +32,28 @@ def bend_normal(upper: np.ndarray, lower: np.ndarray, calibrated: np.ndarray, al
 
 
 def solve_two_bone_ik(upper: np.ndarray, lower: np.ndarray, target: np.ndarray, hinge: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return how both bones of a limb turn in the world so that it ends at ``target``, softly short of it where it is too short.
+    """Return the rotations in the world of both bones of a limb that bring its end to ``target``, softly short of it if out of reach.
 
-    It keeps the plane that it bends in, and so the side to which its middle joint points; a limb that ends there already keeps still.
+    The limb keeps the plane in which it bends, and so the side to which its middle joint points; a limb that ends there already stays.
 
     Args:
-        upper: Of its upper bone [m], shape (T, 3).
-        lower: Of its lower bone [m], shape (T, 3).
-        target: From where it begins to where it shall end [m], shape (T, 3).
-        hinge: Axis that is right for the performer on the whole, about which it bends, in the world, shape (T, 3).
+        upper: Vectors along the upper bone [m], shape (T, 3).
+        lower: Vectors along the lower bone [m], shape (T, 3).
+        target: Vectors from the limb's beginning to the wanted place of its end [m], shape (T, 3).
+        hinge: Calibrated bend axis of the performer in the world, shape (T, 3).
 
     Returns:
-        Rotations of the upper and the lower bone, wxyz, shape (T, 4) each.
+        Rotations by which the upper and the lower bone turn, wxyz, shape (T, 4) each.
     """
     lengths = np.linalg.norm(upper, axis=-1), np.linalg.norm(lower, axis=-1)
     target = limit_reach(upper + lower, target, lengths[0] + lengths[1])
     normal = bend_normal(unit_vector(upper), unit_vector(lower), hinge, unit_vector(upper + lower))
-    aside = np.sum(upper * normal, axis=-1) * np.sum(lower * normal, axis=-1)  # no bend about the normal changes this part of
+    aside = np.sum(upper * normal, axis=-1) * np.sum(lower * normal, axis=-1)  # of the scalar product, unchanged by bending
     flat = np.linalg.norm(_across(upper, normal), axis=-1) * np.linalg.norm(_across(lower, normal), axis=-1)
     bend = np.arctan2(np.sum(cross(upper, lower) * normal, axis=-1), np.sum(upper * lower, axis=-1) - aside)
-    needed = 0.5 * (np.sum(target * target, axis=-1) - lengths[0] ** 2 - lengths[1] ** 2)  # their scalar product, by the law of cosines
+    needed = 0.5 * (
+        np.sum(target * target, axis=-1) - lengths[0] ** 2 - lengths[1] ** 2
+    )  # scalar product at the target, by the law of cosines
     needed = np.arccos(np.clip((needed - aside) / flat, -1.0, 1.0))
     # A middle joint that bends backward, as only noise does, bends forward once it has to bend twice as much.
     needed = np.clip(3.0 * needed + 4.0 * bend, -needed, needed)
@@ -61,12 +63,12 @@ def solve_two_bone_ik(upper: np.ndarray, lower: np.ndarray, target: np.ndarray, 
 
 
 def limit_reach(old: np.ndarray, new: np.ndarray, length: np.ndarray | float) -> np.ndarray:
-    """Return ``new`` but shorter where the limb would become straight, softly: knees do not pop.
+    """Return ``new`` (T, 3) [m], softly shortened where the limb would become straight, so that knees do not pop.
 
     Args:
-        old: From its beginning to its end [m], shape (T, 3).
-        new: The same as it is wanted [m], shape (T, 3).
-        length: Of both bones together [m], shape (T,) or one for all.
+        old: Vectors from the limb's beginning to its end [m], shape (T, 3).
+        new: Vectors from the limb's beginning to its target [m], shape (T, 3).
+        length: Length of both bones together [m], shape (T,) or one for all.
     """
     before, after = np.linalg.norm(old, axis=-1), np.linalg.norm(new, axis=-1)
     room = np.maximum(length - before, 1e-6)

@@ -1,8 +1,8 @@
-"""Free accelerations of the 19 sensor bodies for a clip that brings only some of them, or none.
+"""Free accelerations of all 19 sensor bodies for a clip whose recording holds only some of them.
 
-N samples at 100 Hz, as ``imu_suit`` has them: world axes, gravity taken away, a sensor at the centre of its body. The rule for a
-body without a sensor is the pose's: its acceleration relative to the pelvis follows from the pose alone, and what the pelvis'
-own sensor measured is put on top. No root path is needed, so nothing of the path that is looked for leaks in.
+N samples at 100 Hz, as in ``datasets.imu.suit_simulation``: world axes, gravity subtracted, each sensor at the centre of mass of its
+body. A body without a sensor gets its acceleration relative to the pelvis from the pose alone, plus the pelvis' measured one. No root
+path is needed, so nothing of the path that is to be found leaks in.
 """
 
 from dataclasses import replace
@@ -18,17 +18,17 @@ from datasets.motion.rotation import normalise, rotate
 
 PELVIS_BODY = BODY_NAMES.index("pelvis")
 _SENSOR_PELVIS = SENSOR_BODIES.index(PELVIS_BODY)
-_PADDING = 9  # samples by which the filter extends a clip at both ends, as scipy does for a filter of this order
+_PADDING = 9  # samples, by which the filter extends a clip at both ends, as scipy does for a filter of this order
 
 
 def accelerations_from_pose(motion: BodyMotion) -> np.ndarray:
-    """Return what the pose alone tells: accelerations of the sensor bodies' centres with the pelvis' origin held still.
+    """Return accelerations from the pose alone: those of the sensor bodies' centres of mass with the pelvis' origin held still.
 
     Args:
-        motion: Any clip; its root's path is not looked at.
+        motion: Any clip; its root path is not used.
 
     Returns:
-        Accelerations in the world's axes [m/s^2], shape (N, 19, 3), of the motion below ``imu_suit.BANDWIDTH``.
+        Accelerations in the world's axes [m/s^2], shape (N, 19, 3), of the motion below ``MOTION_BANDWIDTH_HZ``.
     """
     clip = resample(motion, SENSOR_RATE_HZ)
     local = align_quaternion_signs(clip.local_rotations)
@@ -43,14 +43,14 @@ def fill_accelerations(motion: BodyMotion, known: dict[int, np.ndarray]) -> np.n
     """Return the accelerations of all 19 sensor bodies, of which some were measured.
 
     Args:
-        motion: Any clip; its root's path is not looked at.
-        known: Body -> its measured free acceleration in the clip's world axes [m/s^2], shape (N, 3); the pelvis must be there.
+        motion: Any clip; its root path is not used.
+        known: Index of a body -> its measured free acceleration in the clip's world axes [m/s^2], shape (N, 3); with the pelvis.
 
     Returns:
         Accelerations [m/s^2], shape (N, 19, 3): the measured ones as they are, the others relative to the pelvis.
 
     Raises:
-        ValueError: If the pelvis is missing or a body has no place among the 19.
+        ValueError: If the pelvis is missing or a body is not among the 19.
     """
     strange = [BODY_NAMES[body] for body in known if body not in SENSOR_BODIES]
     if PELVIS_BODY not in known or strange:

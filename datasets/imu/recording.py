@@ -1,4 +1,4 @@
-"""A real suit's recording from an MVNX file: its clip on the 20 bodies, and its free accelerations turned and scaled alike."""
+"""Recordings of real IMU suits from MVNX files: the clip on the 20 bodies, and free accelerations rotated and scaled with it."""
 
 import os
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ from datasets.imu.free_acceleration import PELVIS_BODY, fill_accelerations
 from datasets.imu.sensor_model import SENSOR_BODIES, SENSOR_RATE_HZ
 from datasets.motion.clip import BodyMotion, Motion
 from datasets.motion.humanoid import BODY_NAMES, LEG_LENGTH
-from datasets.motion.rotation import conjugate, from_axis_angle, multiply, rotate
+from datasets.motion.rotation import conjugate, from_yaw, multiply, rotate
 from datasets.motion.skeleton import Skeleton
 from datasets.retarget.joint_mapping import JointMapping, find_joint_map
 from datasets.retarget.performer_clip import MAX_LEG_RATIO, PerformerClip, leg_length, load_performer_bvh
@@ -22,13 +22,13 @@ from datasets.retarget.retarget import Retargeted, retarget
 
 @dataclass(frozen=True)
 class ImuRecording:
-    """A clip and the free accelerations that were measured beside it.
+    """Clip of a suit and the free accelerations that it measured.
 
     Attributes:
-        motion: The clip on the 20 bodies, at its own frame rate.
-        accelerations: In the world's axes of ``motion`` and in its size, at 100 Hz whatever its rate [m/s^2], shape (N, 19, 3);
-            the bodies are ``imu_suit.SENSOR_BODIES``, the first sample is the clip's first frame.
-        measured: Names of the bodies that carried a sensor; ``fill_accelerations`` made the others.
+        motion: Clip on the 20 bodies, at its own frame rate.
+        accelerations: Free accelerations in the world's axes and the size of ``motion``, at 100 Hz whatever its rate [m/s^2],
+            shape (N, 19, 3); the bodies are ``SENSOR_BODIES``, the first sample is the clip's first frame.
+        measured: Names of the bodies that carried a sensor; the others' accelerations are from ``fill_accelerations``.
     """
 
     motion: BodyMotion
@@ -37,17 +37,17 @@ class ImuRecording:
 
 
 def read_imu_recording(path: str | os.PathLike[str], mapping: JointMapping | None = None) -> ImuRecording:
-    """Read a suit's clip and accelerations as they serve here: on the 20 bodies, scaled, facing x and on the ground.
+    """Read a suit's clip and accelerations: on the 20 bodies, scaled, facing x and on the ground.
 
     Args:
-        path: An MVNX file.
-        mapping: What is known of its segments' roles; the rest is found.
+        path: MVNX file.
+        mapping: Known roles of its segments; the others are detected.
 
     Returns:
-        The clip, and accelerations turned and scaled like it; bodies without a sensor get theirs from the pose.
+        Clip, and accelerations rotated and scaled with it; bodies without a sensor get theirs from the pose.
 
     Raises:
-        InputError: If the file is broken, or nothing human or no pelvis sensor is found in it.
+        InputError: If the file is broken, or no human or no pelvis sensor is found in it.
     """
     mvnx = read_mvnx(path)
     try:
@@ -70,12 +70,12 @@ def load_performer_clip(path: Path, mapping: JointMapping | None = None) -> Perf
 
 
 def performer_clip_from_mvnx(mvnx: Mvnx, name: str, mapping: JointMapping | None = None) -> PerformerClip:
-    """Return the clip on its own skeleton, as a BVH file is at the door.
+    """Return the clip of an MVNX file on its own skeleton.
 
     Args:
-        mvnx: The file.
-        name: Of the clip.
-        mapping: What is known of its segments' roles; the rest is found.
+        mvnx: Contents of the file.
+        name: Name of the clip.
+        mapping: Known roles of its segments; the others are detected.
 
     Raises:
         InputError: If the segments are not a human's, in metres.
@@ -98,12 +98,12 @@ def performer_clip_from_mvnx(mvnx: Mvnx, name: str, mapping: JointMapping | None
 
 
 def _body_accelerations(mvnx: Mvnx, retargeted: Retargeted) -> dict[int, np.ndarray]:
-    """Return body -> measured acceleration (N, 3) [m/s^2] at 100 Hz, turned and scaled as the retargeted clip is."""
+    """Return index of a body -> measured acceleration (N, 3) [m/s^2] at 100 Hz, rotated and scaled with the retargeted clip."""
     clip = retargeted.motion
     body_of = {joint: BODY_NAMES.index(body) for body, joint in retargeted.performer_clip.joint_map.items()}
     old = np.arange(len(clip)) / clip.fps
     new = np.minimum(np.arange(int(np.floor(old[-1] * SENSOR_RATE_HZ + 1e-6)) + 1) / SENSOR_RATE_HZ, old[-1])
-    turn = from_axis_angle(np.array([0.0, 0.0, 1.0]), np.array(-retargeted.yaw))
+    turn = from_yaw(np.array(-retargeted.yaw))
     known = {}
     for sensor, segment in enumerate(mvnx.sensors):
         body = body_of.get(mvnx.segments.index(segment))

@@ -1,6 +1,6 @@
-"""What a root model sees of a clip, frame by frame at 100 Hz: joints about the pelvis, accelerations, heading; and the truth.
+"""Frames of a clip for root models, at 100 Hz: joints relative to the pelvis, accelerations and heading; and the true path.
 
-N frames, everything in the world's axes. Sensors are those of ``imu_suit.SENSOR_BODIES``.
+N frames, all vectors in the world's axes. Sensors are those of ``SENSOR_BODIES``.
 """
 
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from datasets.motion.kinematics import body_poses, centre_of_mass, resample
 from datasets.motion.rotation import Array, array_namespace, heading
 
 ROOT_RATE_HZ = SENSOR_RATE_HZ  # Hz, thesis 2.4.3 and 3.4.1
-MAX_MEAN_LIFT_M_S2 = 3.0  # m/s^2, mean of a clip of a second or more: who starts and ends at rest has 0, a whole long jump's flight -5
+MAX_MEAN_LIFT_M_S2 = 3.0  # m/s^2, mean over a second or more: 0 between two rests, -5 over a whole long jump's flight
 LOWER_BODIES: tuple[int, ...] = tuple(b for b, name in enumerate(BODY_NAMES) if name.startswith(("pelvis", "thigh", "shin", "foot", "toe")))
 
 
@@ -25,10 +25,10 @@ class RootFrames(NamedTuple):
     Attributes:
         joints: Origins of the 20 bodies relative to the pelvis' [m], shape (N, 20, 3).
         accelerations: Free accelerations of the 19 sensors, thesis eq. 3.2 [m/s^2], shape (N, 19, 3); zero where there are none.
-        heading: Of the pelvis [rad], shape (N,).
-        centre: Centre of mass of this pose relative to the pelvis [m], shape (N, 3).
-        root: The pelvis' true path [m], shape (N, 3).
-        com: The centre of mass' true path [m], shape (N, 3).
+        heading: Heading of the pelvis [rad], shape (N,).
+        centre: Centre of mass of the pose relative to the pelvis [m], shape (N, 3).
+        root: True path of the pelvis [m], shape (N, 3).
+        com: True path of the centre of mass [m], shape (N, 3).
     """
 
     joints: Array
@@ -40,13 +40,13 @@ class RootFrames(NamedTuple):
 
 
 def root_frames(motion: BodyMotion, accelerations: np.ndarray | None = None, truth: BodyMotion | None = None) -> RootFrames:
-    """Return a clip as root models see it.
+    """Return the frames of a clip for root models.
 
     Args:
-        motion: Clip of any rate, its root is not looked at but where there is no other truth; it is brought to 100 Hz along splines.
+        motion: Clip of any rate, resampled to 100 Hz along splines; its root is used only where there is no other truth.
         accelerations: Free accelerations in the clip's world at 100 Hz [m/s^2], shape (N, 19, 3), from the clip's first frame on;
-            a sample more or less than the clip has is forgiven.
-        truth: The clean clip behind a faulty one, of the same rate and length.
+            a sample more or less than the clip has is accepted.
+        truth: Clean clip behind a faulty one, of the same rate and length.
 
     Raises:
         InputError: If the accelerations have another shape or length, are not finite, or still hold gravity.
@@ -69,7 +69,7 @@ def root_frames(motion: BodyMotion, accelerations: np.ndarray | None = None, tru
 
 
 def _checked(accelerations: np.ndarray, name: str, frames: int) -> np.ndarray:
-    """Return accelerations of exactly ``frames`` samples."""
+    """Return accelerations (frames, 19, 3) [m/s^2]; raise InputError unless they are such, finite and without gravity."""
     if accelerations.ndim != 3 or accelerations.shape[1:] != (len(SENSOR_BODIES), 3) or abs(len(accelerations) - frames) > 1:
         should = f"({frames}, {len(SENSOR_BODIES)}, 3): {ROOT_RATE_HZ:g} Hz of the clip itself"
         raise InputError(f"{name}: accelerations have shape {accelerations.shape}, should be {should}")
@@ -94,11 +94,11 @@ def concatenate_frames(clips: list[RootFrames]) -> RootFrames:
 
 
 def to_heading_frame(vectors: Array, heading: Array) -> Array:
-    """Return vectors turned about the vertical so that what pointed along ``heading`` points along x.
+    """Return vectors rotated about the vertical by minus ``heading``, so that the heading becomes x.
 
     Args:
-        vectors: In the world's axes, shape (N, ..., 3), of NumPy or torch.
-        heading: One angle for each first index [rad], shape (N,).
+        vectors: Vectors in the world's axes, shape (N, ..., 3), of NumPy or torch.
+        heading: Heading for each first index [rad], shape (N,).
     """
     xp = array_namespace(vectors)
     shape = (-1, *(1,) * (vectors.ndim - 2))

@@ -1,7 +1,7 @@
-"""What the 19 sensors of an IMU suit measure while a clip is performed: the first half of making a clip faulty.
+"""Sensor model of an IMU suit: raw signals of its 19 sensors during a clip, the first half of the suit's simulation.
 
-N samples at 100 Hz, S = 19 sensors. The recording starts before the clip: the wearer stands in a T-pose, as suits ask
-for, and eases from there into the clip's first frame, so that filter and calibration start as they do in life.
+N samples at 100 Hz, S = 19 sensors. The recording starts before the clip: the wearer stands in a T-pose, as suits require, and
+eases from there into the clip's first frame, so that filter and calibration start as with a real suit.
 """
 
 from dataclasses import asdict, dataclass
@@ -11,12 +11,12 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt
 
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import ANKLE_HEIGHT, BODY_COM_OFFSETS, BODY_COUNT, BODY_NAMES, LEG_LENGTH, SKELETON
+from datasets.motion.humanoid import ANKLE_HEIGHT, BODY_COM_OFFSETS, BODY_COUNT, BODY_NAMES, GRAVITY_M_S2, LEG_LENGTH, SKELETON
 from datasets.motion.kinematics import align_quaternion_signs, linear_acceleration, resample
 from datasets.motion.rotation import (
     conjugate,
-    from_axis_angle,
     from_rotation_vector,
+    from_yaw,
     heading,
     multiply,
     normalise,
@@ -26,47 +26,47 @@ from datasets.motion.rotation import (
 from datasets.motion.skeleton import forward_kinematics
 
 SENSOR_RATE_HZ = 100.0  # Hz
-SENSOR_BODIES: tuple[int, ...] = tuple(b for b, name in enumerate(BODY_NAMES) if name != "spine")  # a suit interpolates the spine
-GRAVITY_VECTOR_M_S2 = np.array([0.0, 0.0, -9.81])  # m/s^2
+SENSOR_BODIES: tuple[int, ...] = tuple(b for b, name in enumerate(BODY_NAMES) if name != "spine")  # suits interpolate the spine
+GRAVITY_VECTOR_M_S2 = np.array([0.0, 0.0, -GRAVITY_M_S2])  # m/s^2
 EARTH_FIELD = np.array([0.0, np.cos(1.15), -np.sin(1.15)])  # unit strength, magnetic north along +y, dip 66 degrees (mid Europe)
-STAND_SECONDS, EASE_SECONDS = 5.0, 2.0  # in the T-pose; from there into the clip
-CALIBRATION_SAMPLES = slice(int(2.0 * SENSOR_RATE_HZ), int(STAND_SECONDS * SENSOR_RATE_HZ))  # samples that the calibration averages
-CLIP_START_SAMPLE = int((STAND_SECONDS + EASE_SECONDS) * SENSOR_RATE_HZ)  # sample of the clip's first frame
+STAND_SECONDS, EASE_SECONDS = 5.0, 2.0  # s, in the T-pose; from there into the clip
+CALIBRATION_SAMPLES = slice(int(2.0 * SENSOR_RATE_HZ), int(STAND_SECONDS * SENSOR_RATE_HZ))  # over which the calibration averages
+CLIP_START_SAMPLE = int((STAND_SECONDS + EASE_SECONDS) * SENSOR_RATE_HZ)  # index of the clip's first frame
 MOTION_BANDWIDTH_HZ = 12.0  # Hz, of human motion; above it optical clips hold marker noise, which would drown in second derivatives
 _STANDING_HEIGHT = LEG_LENGTH + ANKLE_HEIGHT - SKELETON.offsets[BODY_NAMES.index("thigh_l"), 2]
-_SLIP_SECONDS = 2.0  # s of brisk motion, between the knots of the slow slip
+_SLIP_SECONDS = 2.0  # s, of brisk motion between the knots of the slow slip
 _SLIP_ACCELERATION = 5.0  # m/s^2, slowly varying, that counts as brisk
 _TISSUE_BANDWIDTH = 4.0  # Hz, of flesh under a strapped sensor
 _FLESH = np.array([2.0 if BODY_NAMES[b].startswith(("thigh", "shin", "upper_arm")) else 1.0 for b in SENSOR_BODIES])  # muscle wobbles more
-_STRAP = 0.3  # rad: no sensor tilts further
+_STRAP = 0.3  # rad, largest tilt that a strap allows
 _BURST = 6.0  # samples, mean length of a packet loss
 
 
 @dataclass(frozen=True)
 class SuitNoise:
-    """How wrong the sensors and their placement are; every level is a standard deviation unless it says otherwise.
+    """Noise levels of the sensors and their placement; every level is a standard deviation unless stated otherwise.
 
-    GlobalPose stands for the levels of Yi et al. 2025, "Improving Global Motion Estimation in Sparse IMU-based Motion
-    Capture with Physics"; its walks are per sample. "Measured" levels are those that two real recordings show, 17 sensors
+    "GlobalPose" stands for the levels of Yi et al. 2025, "Improving Global Motion Estimation in Sparse IMU-based Motion
+    Capture with Physics"; its walks are per sample. "Measured" levels are from two real recordings, 17 sensors
     at rest and 7 in a walk beside Vicon: ``python -m eval.study suit`` prints both sides.
 
     Attributes:
-        gyroscope_noise: White [rad/s]. GlobalPose; measured 2e-3 to 6e-3 on a quiet wearer.
-        gyroscope_bias: At switch-on [rad/s]. 0.2 to 0.5 deg/s is usual on data sheets of such chips.
+        gyroscope_noise: White noise [rad/s]. GlobalPose; measured 2e-3 to 6e-3 on a quiet wearer.
+        gyroscope_bias: Bias at switch-on [rad/s]. 0.2 to 0.5 deg/s is usual on data sheets of such chips.
         gyroscope_walk: Random walk of the bias [rad/s per sample]. GlobalPose.
-        accelerometer_noise: White [m/s^2]. GlobalPose; measured 3e-2.
-        accelerometer_bias: At switch-on [m/s^2]. Measured: the norm of gravity differs by 0.1 from sensor to sensor.
+        accelerometer_noise: White noise [m/s^2]. GlobalPose; measured 3e-2.
+        accelerometer_bias: Bias at switch-on [m/s^2]. Measured: the norm of gravity differs by 0.1 from sensor to sensor.
         accelerometer_walk: Random walk of the bias [m/s^2 per sample]. GlobalPose.
-        magnetometer_noise: White [share of the earth's field]. GlobalPose; measured 3e-3.
-        magnetic_disturbance: Field of a hidden dipole at the floor above it [share of the earth's field]. Chosen so that
+        magnetometer_noise: White noise [share of the earth's field]. GlobalPose; measured 3e-3.
+        magnetic_disturbance: Field of a dipole under the floor, at the floor above it [share of the earth's field]. Chosen so that
             the norm varies in a walk as measured: by 0.01 at the pelvis and 0.15 at the feet. Decay with height as found by
             de Vries et al. 2009, "Magnetic distortion in motion labs".
         placement: Distance of a sensor from its body's centre [m].
-        slip_position: Slow wander of a sensor on its body [m]. GlobalPose.
-        slip_rotation: Slow wander of a sensor on its body [rad]. Chosen with the next towards the measured error in a walk.
+        slip_position: Slow slip of a sensor on its body [m]. GlobalPose.
+        slip_rotation: Slow slip of a sensor on its body [rad]. Chosen with the next towards the measured error in a walk.
         tissue_rotation: Tilt of a sensor by soft tissue per acceleration of its body [rad per m/s^2].
         calibration_error: Difference between the wearer's T-pose and the ideal one, per body [rad]. GlobalPose.
-        length_error: Relative error of the leg lengths that the wearer typed in: 2 % is 2 cm on a leg.
+        length_error: Relative error of the leg lengths that the wearer entered: 2 % is 2 cm on a leg.
         packet_loss: Share of samples lost, in bursts [ratio]. A wireless link in a usual room.
     """
 
@@ -97,10 +97,10 @@ class SensorSignals:
 
     Attributes:
         accelerations: Specific force, +9.81 upwards at rest [m/s^2], shape (N, 19, 3).
-        angular_velocities: Mean over the interval that ends at the sample [rad/s], shape (N, 19, 3).
-        magnetic_fields: In units of the earth's field, shape (N, 19, 3).
-        heading: Of the wearer in the T-pose [rad]; suits let the wearer face a known direction.
-        orientations: The truth of the sensors in the world, wxyz, shape (N, 19, 4): to measure a filter with, never read by it.
+        angular_velocities: Angular velocity averaged over the interval that ends at the sample [rad/s], shape (N, 19, 3).
+        magnetic_fields: Magnetic field [share of the earth's field], shape (N, 19, 3).
+        heading: Heading of the wearer in the T-pose [rad]; suits let the wearer face a known direction.
+        orientations: True rotations of the sensors in the world, wxyz, shape (N, 19, 4): to measure a filter with, never read by it.
     """
 
     accelerations: np.ndarray
@@ -111,15 +111,15 @@ class SensorSignals:
 
 
 def simulate_sensors(clean: BodyMotion, noise: SuitNoise, rng: np.random.Generator) -> SensorSignals:
-    """Return what a suit's sensors measure while ``clean`` is performed.
+    """Return the signals of a suit's sensors during the clip ``clean``.
 
     Args:
         clean: Any clip, the truth.
-        noise: Levels of all errors.
-        rng: Source of all randomness.
+        noise: Noise levels.
+        rng: Random generator.
 
     Returns:
-        Raw signals at 100 Hz; the clip's first frame is sample ``START``.
+        Raw signals at 100 Hz; the clip's first frame is sample ``CLIP_START_SAMPLE``.
     """
     positions, rotations = _performance(clean, noise, rng)
     count = len(positions)
@@ -160,12 +160,11 @@ def _performance(clean: BodyMotion, noise: SuitNoise, rng: np.random.Generator) 
 
 
 def _standing(root: np.ndarray, local: np.ndarray, noise: SuitNoise, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Return root and local rotations of the T-pose and of a quintic ease that meets the clip with its velocity."""
+    """Return root path and local rotations of the T-pose and of a quintic ease that meets the clip with its velocity."""
     parents = np.array(SKELETON.parents)
     error = from_rotation_vector(noise.calibration_error / np.sqrt(3.0) * rng.standard_normal((BODY_COUNT, 3)))
     pose = np.concat([error[:1], multiply(conjugate(error[parents[1:]]), error[1:])])
-    up = np.array([0.0, 0.0, 1.0])
-    pose[0] = multiply(from_axis_angle(up, np.asarray(heading(local[0, 0]))), pose[0])
+    pose[0] = multiply(from_yaw(heading(local[0, 0])), pose[0])
     ahead = min(1, len(root) - 1)
     velocity = (root[ahead] - root[0]) * SENSOR_RATE_HZ
     turn = to_rotation_vector(multiply(conjugate(local[0]), local[ahead])) * SENSOR_RATE_HZ
@@ -179,16 +178,16 @@ def _standing(root: np.ndarray, local: np.ndarray, noise: SuitNoise, rng: np.ran
 
 
 def low_pass(bandwidth: float) -> np.ndarray:
-    """Return a filter for signals at 100 Hz that, run to and fro, halves the amplitude at ``bandwidth`` [Hz]."""
+    """Return a filter for signals at 100 Hz that, run forward and backward, halves the amplitude at ``bandwidth`` [Hz]."""
     return np.asarray(butter(2, bandwidth, fs=SENSOR_RATE_HZ, output="sos"))
 
 
 def _slip(swing: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Return smooth random paths (N, 19, 3) of unit variance along which sensors wander while their bodies accelerate.
+    """Return smooth random paths (N, 19, 3) of unit variance along which sensors slip while their bodies accelerate.
 
     Args:
         swing: Slow part of each body's acceleration in its own frame [m/s^2], shape (N, 19, 3). At rest nothing slips.
-        rng: Source of randomness.
+        rng: Random generator.
     """
     activity = np.minimum(np.linalg.norm(swing, axis=-1) / _SLIP_ACCELERATION, 1.0)
     moved = np.cumsum(activity, axis=0) / SENSOR_RATE_HZ / _SLIP_SECONDS
@@ -198,14 +197,14 @@ def _slip(swing: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 
 def _tissue(swing: np.ndarray, compliance: float, rng: np.random.Generator) -> np.ndarray:
-    """Return the tilt (N, 19, 3) [rad] of each sensor as the flesh below it lags behind the acceleration of its body."""
+    """Return the tilt (N, 19, 3) [rad] of each sensor by soft tissue, which lags behind the acceleration of its body."""
     matrices = compliance / np.sqrt(3.0) * rng.standard_normal((len(SENSOR_BODIES), 3, 3))
     tilt = np.einsum("sij,nsj,s->nsi", matrices, swing, _FLESH)
     return _STRAP * np.tanh(tilt / _STRAP)
 
 
 def _disturbance(positions: np.ndarray, noise: SuitNoise, rng: np.random.Generator) -> np.ndarray:
-    """Return the field (N, 19, 3) of dipoles hidden in the floor: pipes and reinforcement disturb feet most (de Vries 2009)."""
+    """Return the field (N, 19, 3) of dipoles under the floor: pipes and reinforcement disturb feet most (de Vries 2009)."""
     low, high = positions.min(axis=(0, 1))[:2] - 1.0, positions.max(axis=(0, 1))[:2] + 1.0
     dipoles = int(np.clip(np.prod(high - low), 9, 24))  # about one a square metre
     depths = rng.uniform(0.1, 0.5, dipoles)

@@ -1,7 +1,7 @@
-"""What a suit's software makes of its sensors: orientations, a pose, a root; and so a faulty clip beside the clean one.
+"""Simulation of an IMU suit: orientations, pose and root path from the sensors' signals; a faulty clip beside the clean one.
 
-N samples at 100 Hz of the clip itself, S = 19 sensors. The software knows what a suit's software knows: the raw signals,
-that the wearer began in a T-pose facing a known direction, and the (slightly wrong) leg lengths that were typed in.
+N samples at 100 Hz of the clip itself, S = 19 sensors. The input is that of a suit's software: the raw signals, a T-pose facing a
+known direction at the start, and the (slightly wrong) leg lengths that the wearer entered.
 """
 
 from dataclasses import dataclass, replace
@@ -21,32 +21,38 @@ from datasets.imu.sensor_model import (
     simulate_sensors,
 )
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import ANKLE_HEIGHT, BODIES, BODY_COUNT, BODY_NAMES, FOOT_AND_TOE_BODIES, SKELETON
+from datasets.motion.humanoid import (
+    BALL_OFFSET,
+    BODIES,
+    BODY_COUNT,
+    BODY_NAMES,
+    FOOT_AND_TOE_BODIES,
+    HEEL_OFFSET,
+    SKELETON,
+    TOE_TIP_OFFSET,
+)
 from datasets.motion.kinematics import align_quaternion_signs, place_on_ground
-from datasets.motion.rotation import conjugate, from_axis_angle, from_rotation_vector, multiply, normalise, rotate, to_rotation_vector
+from datasets.motion.rotation import conjugate, from_rotation_vector, from_yaw, multiply, normalise, rotate, to_rotation_vector
 from datasets.motion.skeleton import forward_kinematics
 
 _PELVIS = SENSOR_BODIES.index(BODY_NAMES.index("pelvis"))
-_UP = np.array([0.0, 0.0, 1.0])
-_SOLE_FOOT = np.array([[-0.06, 0.0, -ANKLE_HEIGHT], [0.13, 0.0, -ANKLE_HEIGHT]])  # heel and ball in the foot's frame [m]
-_SOLE_TOE = np.array([[0.07, 0.0, -0.02]])  # tip in the toe's frame [m]
-_STANCE_HEIGHT = 0.03  # m above the lowest sole point, within which another one may stand too
+_STANCE_HEIGHT = 0.03  # m, above the lowest sole point, within which another one may stand too
 _STANCE_SPEED = 0.8  # m/s, of a sole point, above which it does not stand
-_STANCE_FLOOR = 0.03  # confidence in a moving lowest point: without it the root would leave for ever on its accelerations
-_FREE_FALL = 3.0  # m/s^2: a body that weighs less does not stand; one that weighs twice as much may
-_HOLD_SECONDS = 0.02  # within which the root takes over the velocity that keeps the standing foot where it was
-_GROUND_SECONDS = 0.15  # within which the standing foot is pulled to the ground
+_STANCE_FLOOR = 0.03  # weight of a moving lowest point: without it the root would drift away on its accelerations
+_FREE_FALL = 3.0  # m/s^2, specific force below which a body does not stand; from twice as much on it may
+_HOLD_SECONDS = 0.02  # s, within which the root takes over the velocity that keeps the standing foot where it was
+_GROUND_SECONDS = 0.15  # s, within which the standing foot is pulled to the ground
 
 
 @dataclass(frozen=True)
 class SuitClip:
-    """A clip as a suit would have captured it, beside the truth.
+    """Clip as captured by a simulated suit, with the true clip.
 
     Attributes:
-        faulty: Same length and frame rate as ``clean``, named with "_suit".
+        faulty: Captured clip, of the same length and frame rate as ``clean``, named with "_suit".
         accelerations: Free accelerations in the world's axes, thesis eq. 3.2, at 100 Hz whatever the clip's rate [m/s^2],
-            shape (N, 19, 3); the bodies are ``imu_suit.SENSOR_BODIES``, the first sample is the clip's first frame.
-        clean: The truth.
+            shape (N, 19, 3); the bodies are ``SENSOR_BODIES``, the first sample is the clip's first frame.
+        clean: True clip.
     """
 
     faulty: BodyMotion
@@ -55,16 +61,16 @@ class SuitClip:
 
 
 def simulate_suit(clean: BodyMotion, seed: int, severity: float = 1.0) -> SuitClip:
-    """Return the clip as an IMU suit would have captured it.
+    """Return the clip as captured by a simulated IMU suit.
 
     Args:
         clean: Any clip, the truth.
-        seed: Of all randomness: same seed, same recording. Another seed is another session with the suit.
-        severity: Scales all errors of sensors and wearer; 0 is a perfect suit, 1 a usual one.
+        seed: Seed of all randomness: the same seed gives the same recording. Another seed is another session with the suit.
+        severity: Factor of all errors of sensors and wearer; 0 is a perfect suit, 1 a usual one.
 
     Returns:
-        The faulty clip, its accelerations and the clean clip. The root starts above the clean root's first place; its
-        height is the software's, measured from its own idea of the feet.
+        Faulty clip, its accelerations and the clean clip. The root starts above the clean root's first position; its height
+        is measured from the feet of the faulty pose.
     """
     rng = np.random.default_rng(seed)
     noise = SuitNoise().scaled(severity)
@@ -84,7 +90,7 @@ def simulate_suit(clean: BodyMotion, seed: int, severity: float = 1.0) -> SuitCl
 def sensor_orientations(recording: SensorSignals) -> np.ndarray:
     """Return each sensor's orientation in the world as VQF estimates it from 9 axes, wxyz, shape (N, 19, 4).
 
-    Source: Laidig and Seel 2023, "VQF"; its earth frame has magnetic north along +y, as ``imu_suit.EARTH_FIELD`` has.
+    Source: Laidig and Seel 2023, "VQF"; its earth frame has magnetic north along +y, as ``EARTH_FIELD`` has.
     """
     signals = (recording.angular_velocities, recording.accelerations, recording.magnetic_fields)
     tracks = []
@@ -95,29 +101,29 @@ def sensor_orientations(recording: SensorSignals) -> np.ndarray:
 
 
 def body_orientations(sensors: np.ndarray, heading: float) -> np.ndarray:
-    """Return the orientations (N, 19, 4) of the bodies below the sensors, calibrated while the wearer stood.
+    """Return the orientations (N, 19, 4) of the bodies below the sensors, calibrated in the T-pose.
 
     Args:
         sensors: Estimated orientations from the first sample on, shape (N, 19, 4).
-        heading: That the wearer faced in the T-pose [rad].
+        heading: Heading of the wearer in the T-pose [rad].
     """
-    standing = from_axis_angle(_UP, np.array(heading))
+    standing = from_yaw(np.array(heading))
     seen = align_quaternion_signs(conjugate(sensors[CALIBRATION_SAMPLES]))
     to_body = multiply(normalise(seen.mean(axis=0)), standing)
     return multiply(sensors, to_body)
 
 
 def fit_skeleton(bodies: np.ndarray) -> np.ndarray:
-    """Return local rotations that our hinges can take and that follow the measured orientations.
+    """Return local rotations within the humanoid's hinges that follow the measured orientations.
 
     Three-hinge joints take over their body's orientation; an elbow or a knee keeps the part about its hinge, a hand
     follows its forearm, and the spine lies halfway between pelvis and chest.
 
     Args:
-        bodies: Orientations of ``SENSOR_BODIES`` in the world, shape (N, 19, 4).
+        bodies: Orientations of ``SENSOR_BODIES`` in the world, wxyz, shape (N, 19, 4).
 
     Returns:
-        Rotations relative to the parent body, shape (N, 20, 4).
+        Rotations relative to the parent body, wxyz, shape (N, 20, 4).
     """
     measured = {body: bodies[:, sensor] for sensor, body in enumerate(SENSOR_BODIES)}
     pelvis, chest = measured[0], measured[BODY_NAMES.index("chest")]
@@ -144,24 +150,24 @@ def _about_hinges(local: np.ndarray, hinges: str) -> np.ndarray:
 
 
 def track_root(local: np.ndarray, pelvis_acceleration: np.ndarray, leg_scale: float) -> np.ndarray:
-    """Return the root's path as a suit finds it: standing feet stay, and between steps the pelvis' acceleration is integrated.
+    """Return the root path of a suit's software: standing feet stay, and between steps the pelvis' acceleration is integrated.
 
-    A sole point stands the more surely, the lower it is and the slower it moves as the software believes. The root takes
-    over the velocity that keeps the standing points where they were and the height that puts them on the ground.
+    A sole point has the larger weight, the lower it is and the slower it moves by the software's estimate. The root takes over
+    the velocity that keeps the standing points where they were and the height that puts them on the ground.
 
     Args:
-        local: Rotations relative to the parent body, shape (N, 20, 4).
-        pelvis_acceleration: Free, in the world [m/s^2], shape (N, 3).
-        leg_scale: Typed-in leg lengths over true ones.
+        local: Rotations relative to the parent body, wxyz, shape (N, 20, 4).
+        pelvis_acceleration: Free acceleration of the pelvis in the world [m/s^2], shape (N, 3).
+        leg_scale: Entered leg lengths over true ones.
 
     Returns:
         Positions of the pelvis [m], shape (N, 3), starting above the origin.
     """
     soles = _sole_points(local, leg_scale)
     step = 1.0 / SENSOR_RATE_HZ
-    towards = -np.gradient(soles, step, axis=0) if len(soles) > 1 else np.zeros_like(soles)  # velocity that holds a point still
+    towards = -np.gradient(soles, step, axis=0) if len(soles) > 1 else np.zeros_like(soles)  # root's velocity that holds a point still
     lowest = soles[:, :, 2].min(axis=1)
-    weight = np.linalg.norm(pelvis_acceleration - GRAVITY_VECTOR_M_S2, axis=1)  # m/s^2, what the pelvis' accelerometer feels
+    weight = np.linalg.norm(pelvis_acceleration - GRAVITY_VECTOR_M_S2, axis=1)  # m/s^2, specific force of the pelvis
     loaded = np.clip((weight - _FREE_FALL) / _FREE_FALL, 0.0, 1.0)
     low = np.exp(-(((soles[:, :, 2] - lowest[:, None]) / _STANCE_HEIGHT) ** 2))
     velocity = np.einsum("p,pc->c", low[0], towards[0]) / low[0].sum()
@@ -175,26 +181,26 @@ def track_root(local: np.ndarray, pelvis_acceleration: np.ndarray, leg_scale: fl
         held = stands @ towards[n] / stands.sum()
         velocity = velocity + (1.0 - np.exp(-surely * step / _HOLD_SECONDS)) * (held - velocity)
         path[n] = path[n - 1] + step * velocity
-        above = path[n, 2] + lowest[n]  # of the ground; no software lets a foot sink in for long
+        above = path[n, 2] + lowest[n]  # height above the ground; no software lets a foot sink in for long
         path[n, 2] -= (1.0 - np.exp(-(surely if above > 0 else 3.0) * step / _GROUND_SECONDS)) * above
     return path
 
 
 def _sole_points(local: np.ndarray, leg_scale: float) -> np.ndarray:
-    """Return heel, ball and toe tip of both feet (N, 6, 3) [m] relative to the pelvis, on legs of the typed-in length."""
+    """Return heel, ball and toe tip of both feet (N, 6, 3) [m] relative to the pelvis, on legs of the entered length."""
     offsets = np.broadcast_to(SKELETON.offsets, (len(local), BODY_COUNT, 3)).copy()
     legs = [BODY_NAMES.index(f"{part}_{side}") for side in "lr" for part in ("shin", "foot")]
     offsets[:, legs] *= leg_scale
     positions, rotations = forward_kinematics(SKELETON.parents, offsets, local)
     points = []
     for foot, toe in FOOT_AND_TOE_BODIES:
-        for body, sole in ((foot, _SOLE_FOOT), (toe, _SOLE_TOE)):
-            points.extend(positions[:, body] + rotate(rotations[:, body], point) for point in sole)
+        for body, point in ((foot, HEEL_OFFSET), (foot, BALL_OFFSET), (toe, TOE_TIP_OFFSET)):
+            points.append(positions[:, body] + rotate(rotations[:, body], np.array(point)))
     return np.stack(points, axis=1)
 
 
 def _at_clip_rate(root: np.ndarray, local: np.ndarray, clean: BodyMotion) -> tuple[np.ndarray, np.ndarray]:
-    """Return root and local rotations at the instants of the clean clip's frames."""
+    """Return root path and local rotations at the instants of the clean clip's frames."""
     if len(root) < 2:
         return root[: len(clean)], local[: len(clean)]
     samples, frames = np.arange(len(root)) / SENSOR_RATE_HZ, np.arange(len(clean)) / clean.fps

@@ -1,4 +1,4 @@
-"""Many clips packed flat and read-only: everything a mimicking step needs to know of a frame, in one look-up."""
+"""Motion library: many clips packed into flat read-only arrays, so that a step of the mimic environment reads a frame in one look-up."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -16,22 +16,22 @@ from datasets.motion.rotation import Array, conjugate, heading, rotate, skew, to
 
 # Where three hinges in series come near gimbal lock their speeds have no bound; no human joint turns faster than this.
 MAX_HINGE_SPEED_RAD_S = 20.0  # rad/s
-# A start whose lowest point is in the ground, or this close to it, is moved until it is this deep in it: whether 0 is contact an engine
-# would decide by its rounding, and whether a foot is held from the first engine step on or from the second, whether a weak body falls.
+# A start whose lowest point is in the ground, or this close to it, is moved until it is this deep in it: at 0, contact would depend on
+# the engine's rounding, and whether a foot is held from the first engine step or from the second on decides whether a weak body falls.
 START_PENETRATION_M = 1e-4  # m
 
 
 class Observed(NamedTuple):
-    """The track that the policy sees and the motors follow, faulty or not, at one frame of each of N worlds.
+    """Observed reference, faulty or not, which the policy sees and the motors follow, at one frame of each of N worlds.
 
     Attributes:
         pos: Origins of the bodies [m], shape (N, 20, 3).
-        lin_vel: Their velocities [m/s], shape (N, 20, 3).
+        lin_vel: Velocities of the origins [m/s], shape (N, 20, 3).
         com: Centre of mass [m], shape (N, 3).
-        com_vel: Its velocity [m/s], shape (N, 3).
+        com_vel: Velocity of the centre of mass [m/s], shape (N, 3).
         facing: Cosine and sine of the pelvis' heading, shape (N, 2).
         hinges: Angles of the 43 hinges [rad], shape (N, 43).
-        hinge_vel: Their speeds [rad/s], shape (N, 43).
+        hinge_vel: Speeds of the hinges [rad/s], shape (N, 43).
     """
 
     pos: Array
@@ -44,12 +44,12 @@ class Observed(NamedTuple):
 
 
 class Rewarded(NamedTuple):
-    """The track that is rewarded: the clean one of a pair, else the observed one.
+    """Rewarded reference: the clean clip of a pair, else the observed one.
 
     Attributes:
         pos: Origins of the bodies [m], shape (N, 20, 3).
-        rot: Their rotation matrices, columns are the bodies' axes, shape (N, 20, 3, 3).
-        lin_vel: Their velocities [m/s], shape (N, 20, 3).
+        rot: Rotation matrices of the bodies, whose columns are the bodies' axes, shape (N, 20, 3, 3).
+        lin_vel: Velocities of the origins [m/s], shape (N, 20, 3).
         axis_vel: Velocities of the tips of the bodies' unit axes about their origins [m/s], shape (N, 20, 3, 3).
         local_rot: Rotation matrices relative to the parent of all bodies but the pelvis, shape (N, 19, 3, 3).
     """
@@ -62,12 +62,12 @@ class Rewarded(NamedTuple):
 
 
 class Reference(NamedTuple):
-    """Everything about one frame of each of N worlds.
+    """Reference at one frame of each of N worlds.
 
     Attributes:
-        observed: What the policy sees and the motors follow.
-        rewarded: What it is rewarded for.
-        truth_root: Pelvis of the clean clip behind a faulty one, else of the clip itself, where it was [m], shape (N, 3).
+        observed: Reference that the policy sees and the motors follow.
+        rewarded: Reference of the reward.
+        truth_root: Pelvis of the clean clip behind a faulty one, else of the clip itself, not aligned [m], shape (N, 3).
     """
 
     observed: Observed
@@ -76,7 +76,7 @@ class Reference(NamedTuple):
 
 
 _ALL, _JOINTS = BODY_COUNT, BODY_COUNT - 1
-_SHAPES = {  # of one frame's parts, in the order of Observed, Rewarded and Reference
+_SHAPES = {  # shapes of one frame's parts, in the order of Observed, Rewarded and Reference
     "pos": (_ALL, 3),
     "lin_vel": (_ALL, 3),
     "com": (3,),
@@ -84,7 +84,7 @@ _SHAPES = {  # of one frame's parts, in the order of Observed, Rewarded and Refe
     "facing": (2,),
     "hinges": (HINGE_COUNT,),
     "hinge_vel": (HINGE_COUNT,),
-    "rewarded_pos": (3, _ALL),  # the rewarded parts component by component: so the reward is quickest
+    "rewarded_pos": (3, _ALL),  # the rewarded parts component by component, for the fastest reward
     "rewarded_rot": (3, 3, _ALL),
     "rewarded_lin_vel": (3, _ALL),
     "rewarded_axis_vel": (3, 3, _ALL),
@@ -92,20 +92,29 @@ _SHAPES = {  # of one frame's parts, in the order of Observed, Rewarded and Refe
     "truth_root": (3,),
 }
 _ENDS = np.cumsum([0, *(np.prod(shape) for shape in _SHAPES.values())]).tolist()
-_COLUMNS = [slice(begin, end) for begin, end in pairwise(_ENDS)]  # of each part in the table
+_COLUMNS = [slice(begin, end) for begin, end in pairwise(_ENDS)]  # columns of each part in the table
 _VIEWS = [(-1, *shape) for shape in _SHAPES.values()]
 _OBSERVED = len(Observed._fields)
 
 
 @dataclass(frozen=True)
 class ClipInfo:
-    """What is known of a clip beside its frames."""
+    """Description of a clip in a library.
+
+    Attributes:
+        name: Name of the clip.
+        performer: Name of the performer.
+        system: Capture system, see ``BodyMotion``.
+        kind: Kind of motion.
+        start: Row of the first frame in the library.
+        frames: Number of frames.
+    """
 
     name: str
     performer: str
     system: str
     kind: str
-    start: int  # first frame in the library
+    start: int
     frames: int
 
 
@@ -114,15 +123,14 @@ class MotionLibrary:
     """Clips of one frame rate, packed one after the other; NumPy, or tensors where ``on_device`` put them.
 
     Attributes:
-        clips: What is known of each clip.
-        table: All frames of all clips, everything of a frame in one row, so that a look-up touches memory once for each
-            world, shape (F, W).
-        start_pose: Generalised positions to start from: root position, lifted until nothing is in the ground but to touch it, and
-            rotation, then the hinges, shape (F, 50).
+        clips: Descriptions of the clips.
+        table: Frames of all clips, each in one row, so that a look-up touches memory once for each world, shape (F, W).
+        start_pose: Generalised positions to start from: root position, lifted until it only touches the ground, and rotation, then
+            the hinges, shape (F, 50).
         start_vel: Generalised velocities: root linear in the world and angular in the body, then hinges, shape (F, 49).
-        fps: Frames per second of every clip.
-        feed_forward: Angles beside the reference's that let motors carry it, by ``envs.physics.inverse_dynamics`` [rad], shape (F, 43);
-            None where nobody has worked them out.
+        fps: Frame rate of every clip [1/s].
+        feed_forward: Hinge angles to add to the reference's so that motors carry it, by ``envs.physics.inverse_dynamics`` [rad],
+            shape (F, 43); None if not computed.
     """
 
     clips: tuple[ClipInfo, ...]
@@ -134,15 +142,12 @@ class MotionLibrary:
 
     @classmethod
     def from_clips(cls, motions: list[BodyMotion], truths: list[BodyMotion] | None = None, paired: bool = False) -> Self:
-        """Pack clips.
+        """Return a library of clips.
 
         Args:
-            motions: Clips of one rate, at least one.
-            truths: For each clip the clean clip behind it, of the same length and rate; each clip itself if None.
-            paired: Whether the clean clips are rewarded, re-anchored to the observed ones, instead of the observed ones.
-
-        Returns:
-            The library.
+            motions: Clips of one frame rate, at least one.
+            truths: Clean clip behind each clip, of the same length and rate; each clip itself if None.
+            paired: Whether the clean clips, drift-aligned to the observed ones, are rewarded instead of the observed ones.
 
         Raises:
             ValueError: If there is no clip, or rates or lengths differ.
@@ -159,23 +164,23 @@ class MotionLibrary:
 
     @classmethod
     def from_arrays(cls, clips: tuple[ClipInfo, ...], arrays: dict[str, np.ndarray], fps: float) -> Self:
-        """Rebuild a library from what ``arrays`` gave, frozen."""
+        """Return a library from the arrays that the method ``arrays`` returns; makes them read-only."""
         for array in arrays.values():
             array.setflags(write=False)
         return cls(clips, **arrays, fps=fps)
 
     def arrays(self) -> dict[str, Array]:
-        """Return the packed arrays by name, to store or share them."""
+        """Return the packed arrays by name, for storing and sharing."""
         arrays = {"table": self.table, "start_pose": self.start_pose, "start_vel": self.start_vel}
         return arrays if self.feed_forward is None else arrays | {"feed_forward": self.feed_forward}
 
     @cached_property
     def frames(self) -> Reference:
-        """All frames as one ``Reference`` of F rows."""
+        """Reference of all F frames."""
         return _reference(self.table)
 
     def select(self, wanted: Sequence[bool]) -> Self:
-        """Return a library of the clips that are wanted, one answer for each; the library itself if all are."""
+        """Return a library of the clips for which ``wanted`` (clips,) is true; the library itself if all are."""
         if all(wanted):
             return self
         kept = [clip for clip, keep in zip(self.clips, wanted, strict=True) if keep]
@@ -185,7 +190,7 @@ class MotionLibrary:
         return type(self).from_arrays(clips, {name: array[rows] for name, array in self.arrays().items()}, self.fps)
 
     def on_device(self, to_device: Callable[[np.ndarray], Array]) -> Self:
-        """Return the same clips with their arrays where ``to_device`` puts them, such as on a GPU."""
+        """Return the same clips with their arrays converted by ``to_device``, such as to tensors on a GPU."""
         return replace(self, **{name: to_device(array) for name, array in self.arrays().items()})
 
     def __len__(self) -> int:
@@ -205,7 +210,7 @@ def _reference(table: Array) -> Reference:
 
 
 def _pack(motion: BodyMotion, truth: BodyMotion, paired: bool) -> dict[str, np.ndarray]:
-    """Return everything of one clip that the library stores, in single precision."""
+    """Return the library's arrays of one clip, in single precision."""
     if len(truth) != len(motion) or truth.fps != motion.fps:
         raise ValueError(f"{motion.name} and its clean clip differ in length or frame rate")
     pos, quat = body_poses(motion)
@@ -237,7 +242,7 @@ def _pack(motion: BodyMotion, truth: BodyMotion, paired: bool) -> dict[str, np.n
 
 
 def _rewarded(motion: BodyMotion) -> dict[str, np.ndarray]:
-    """Return the parts of a frame that are rewarded, of all frames of a clip, bodies last."""
+    """Return the rewarded parts of all frames of a clip, bodies on the last axis."""
     pos, quat = body_poses(motion)
     rot, parents = to_matrix(quat), np.array(SKELETON.parents[1:])
     parts = Rewarded(
@@ -251,7 +256,7 @@ def _rewarded(motion: BodyMotion) -> dict[str, np.ndarray]:
 
 
 def axis_velocity(ang_vel: Array, rot: Array) -> Array:
-    """Return how fast the tips of turning unit axes move [m/s].
+    """Return the velocities of the tips of rotating unit axes [m/s].
 
     Args:
         ang_vel: Angular velocities in the world's axes [rad/s], shape (..., 3).

@@ -1,4 +1,4 @@
-"""Motion sources: a BVH or MVNX file, a folder of them, or the word "synthetic", as clips on the 20 bodies at one rate."""
+"""Motion sources (a BVH or MVNX file, a folder of them, or the word "synthetic") as clips on the 20 bodies at one frame rate."""
 
 import csv
 import os
@@ -20,11 +20,11 @@ from datasets.retarget.retarget import retarget
 SYNTHETIC_SOURCE = "synthetic"
 INDEX_FILENAME = "motions.csv"
 BVH_SUFFIX, MVNX_SUFFIX = ".bvh", ".mvnx"
-ROUGH_GROUND_KINDS = ("stairs", "steps", "climb")  # need another ground than a flat one
+ROUGH_GROUND_KINDS = ("stairs", "steps", "climb")  # of motion that needs other ground than level
 KINDS = (
     "walk", "run", "dash", "jog", "jump", "hop", "kick", "punch", "martial", "salsa", "dance", "indian", "bow", "bye",
     "wave", "raise", "squat", "sit", "stand", "turn", "crawl", "throw",
-)  # in a file's name, first match  # fmt: skip
+)  # words in a file's name, of which the first counts  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -32,9 +32,9 @@ class SourceMotion:
     """One clip of a source.
 
     Attributes:
-        clip: On the 20 bodies.
-        accelerations: Free accelerations that a suit measured beside it, in the clip's world, at 100 Hz [m/s^2], shape (N, 19, 3); None
-            where the file holds none.
+        clip: Clip on the 20 bodies.
+        accelerations: Free accelerations measured by the suit, in the clip's world, at 100 Hz [m/s^2], shape (N, 19, 3); None if the
+            file holds none.
     """
 
     clip: BodyMotion
@@ -43,7 +43,13 @@ class SourceMotion:
 
 @dataclass(frozen=True)
 class Credit:
-    """Who moved, how it was captured, and what was moved."""
+    """Origin of a clip.
+
+    Attributes:
+        performer: Name of the performer.
+        system: Capture system, see ``BodyMotion``.
+        kind: Kind of motion.
+    """
 
     performer: str
     system: str
@@ -61,16 +67,16 @@ def load_source_motions(
     """Return the clips of a motion source, with the accelerations that an MVNX file holds.
 
     Args:
-        source: A BVH or MVNX file, a folder of them (searched through, in the order of their paths), or "synthetic".
-        mapping: What is known of the joints, unit and axes of all the files.
-        fps: Frame rate to bring the clips to [1/s].
-        seed: Of synthetic motion.
+        source: BVH or MVNX file, folder of them (searched with its subfolders, in the order of paths), or "synthetic".
+        mapping: Known joints, unit and axes of all the files; the rest is detected.
+        fps: Frame rate of the returned clips [1/s].
+        seed: Seed of synthetic motion.
 
     Returns:
-        Clips on the 20 bodies whose names are unique, credited by the ``motions.csv`` of the folder or of one above it.
+        Clips on the 20 bodies with unique names, credited by the ``motions.csv`` of the folder or of one above it.
 
     Raises:
-        InputError: If there is no motion there, or a file is broken; names the file.
+        InputError: If there is no motion, or a file is broken; names the file.
     """
     if str(source) == SYNTHETIC_SOURCE:
         from datasets.synthetic.clips import synthetic_clips  # slow to make, so not imported by those who read files
@@ -87,7 +93,7 @@ def load_source_motions(
 
 
 def _read(path: Path, mapping: JointMapping | None, fps: float) -> SourceMotion:
-    """Return the clip of a file; accelerations last as long as the clip at its new rate."""
+    """Return the clip of a file, its accelerations cut to the length of the resampled clip."""
     if path.suffix.lower() != MVNX_SUFFIX:
         return SourceMotion(resample(retarget(load_performer_bvh(path, mapping)).motion, fps))
     recording = read_imu_recording(path, mapping)
@@ -97,7 +103,7 @@ def _read(path: Path, mapping: JointMapping | None, fps: float) -> SourceMotion:
 
 
 def find_motion_files(source: str | os.PathLike[str]) -> list[Path]:
-    """Return the motion files of a source, sorted by path; of a BVH and an MVNX of one name beside each other the MVNX, which holds more.
+    """Return the motion files of a source, sorted by path; of a BVH and an MVNX of one name in one folder only the MVNX, which holds more.
 
     Raises:
         InputError: If there are none.
@@ -119,7 +125,7 @@ def find_motion_files(source: str | os.PathLike[str]) -> list[Path]:
 
 
 def read_index(path: Path) -> dict[Path, Credit]:
-    """Return the credits of the ``motions.csv`` nearest above ``path``; none where there is no such file.
+    """Return the credits of the ``motions.csv`` nearest above ``path``, by path; none if there is no such file.
 
     Raises:
         InputError: If the index lacks a column.
@@ -138,14 +144,14 @@ def read_index(path: Path) -> dict[Path, Credit]:
 
 
 def credit(path: Path, index: dict[Path, Credit]) -> Credit:
-    """Return what the index says of a file, else what its name tells: "anna_walk_02.bvh" was moved by "anna_walk"."""
+    """Return the credit of a file from the index, else from its name: the performer of "anna_walk_02.bvh" is "anna_walk"."""
     known = index.get(path.resolve())
     stem = re.sub(r"[\W_]*\d+$", "", path.stem) or path.stem
     return known or Credit(stem, "unknown", _kind(path.stem))
 
 
 def _kind(text: str) -> str:
-    """Return the kind of motion that a text names: of other ground wherever it stands ("walk up stairs"), else the first."""
+    """Return the kind of motion named in a text: one on rough ground wherever it stands ("walk up stairs"), else the first."""
     text = text.lower()
     rough = [kind for kind in ROUGH_GROUND_KINDS if kind in text]
     if rough:

@@ -1,4 +1,4 @@
-"""Which clips are drawn, how often, and whose are kept out of training."""
+"""Sampling weights of clips, and the performer held out of training."""
 
 import hashlib
 import json
@@ -9,15 +9,15 @@ import numpy as np
 from configs.errors import InputError
 from datasets.library.motion_library import ClipInfo
 
-HOLDOUT_SHARE = 0.08  # of all frames that a held-out performer should have: enough to measure, little to miss
+HOLDOUT_SHARE = 0.08  # of all frames, for a held-out performer: enough for measuring, little lost for training
 
 
 def clip_sampling_weights(clips: Sequence[ClipInfo], suit_share: float) -> np.ndarray:
-    """Return how often each clip is drawn: by length, with a fixed share for the clips of simulated suits.
+    """Return the sampling weights of clips: by length, with a fixed share for the clips of simulated suits.
 
     Args:
         clips: Clips of a library.
-        suit_share: Share of the draws that go to clips of system "imu_suit", where there are both kinds.
+        suit_share: Share of the draws for clips of system "imu_suit", if there are both kinds.
 
     Returns:
         Weights that sum to one, shape (clips,).
@@ -34,11 +34,11 @@ def resolve_holdout(clips: Sequence[ClipInfo], wanted: str) -> str:
     """Return the performer to hold out, or "none".
 
     Args:
-        clips: To choose from.
-        wanted: "auto", "none" or a performer's name, ``data.holdout`` of a config.
+        clips: Clips of a library.
+        wanted: "auto", "none" or a performer's name: ``data.holdout`` of a config.
 
     Raises:
-        InputError: If there is no such performer, or no other one.
+        InputError: If there is no such performer, or nobody else.
     """
     held_out = wanted if wanted != "auto" else auto_holdout(clips)
     performers = sorted({clip.performer for clip in clips})
@@ -50,14 +50,14 @@ def resolve_holdout(clips: Sequence[ClipInfo], wanted: str) -> str:
 
 
 def clips_fingerprint(clips: Sequence[ClipInfo]) -> str:
-    """Return what tells a set of clips from another: a resumed run must go on with the same."""
+    """Return a hash of names and lengths of clips: a resumed run must continue with the same clips."""
     return hashlib.sha256(json.dumps([(clip.name, clip.frames) for clip in clips]).encode()).hexdigest()
 
 
 def auto_holdout(clips: Sequence[ClipInfo]) -> str:
-    """Return the performer to hold out for model selection: whose share of the frames is nearest to 8 %; "none" of one.
+    """Return the performer to hold out for model selection, whose share of the frames is nearest to 8 %; "none" if there is only one.
 
-    Beside real performers those who are made up are not chosen: nothing is learnt from doing well on them.
+    Synthetic performers are not chosen if there are real ones: scores on them tell nothing.
     """
     frames: dict[str, int] = {}
     made_up = {clip.performer for clip in clips if clip.system == "synthetic"}

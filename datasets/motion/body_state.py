@@ -1,4 +1,4 @@
-"""Where the 20 bodies are and how they move, at one instant of each of N worlds."""
+"""State of the 20 bodies at one instant of each of N worlds: positions, rotations, velocities, centre of mass."""
 
 from typing import NamedTuple
 
@@ -6,15 +6,15 @@ from datasets.motion.rotation import Array
 
 
 class BodyState(NamedTuple):
-    """Bodies of N worlds, simulated or of a reference; NumPy or torch, world axes.
+    """State of the bodies of N worlds, simulated or of a reference; NumPy or torch, world axes.
 
     Attributes:
-        pos: Origins [m], shape (N, 20, 3).
-        rot: Rotation matrices, columns are the bodies' axes, shape (N, 20, 3, 3).
-        lin_vel: Of the origins [m/s], shape (N, 20, 3).
-        ang_vel: [rad/s], shape (N, 20, 3).
+        pos: Origins of the bodies [m], shape (N, 20, 3).
+        rot: Rotation matrices of the bodies, whose columns are the bodies' axes, shape (N, 20, 3, 3).
+        lin_vel: Velocities of the origins [m/s], shape (N, 20, 3).
+        ang_vel: Angular velocities of the bodies [rad/s], shape (N, 20, 3).
         com: Centre of mass [m], shape (N, 3).
-        com_vel: Of the centre of mass [m/s], shape (N, 3).
+        com_vel: Velocity of the centre of mass [m/s], shape (N, 3).
     """
 
     pos: Array

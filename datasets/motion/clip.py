@@ -1,4 +1,4 @@
-"""One clip: on its performer's own skeleton (``Motion``) or on the 20 bodies (``BodyMotion``). Both are read-only."""
+"""Read-only motion clips: on the performer's own skeleton (``Motion``) or on the 20 bodies (``BodyMotion``)."""
 
 from dataclasses import dataclass, replace
 from typing import Self
@@ -8,7 +8,7 @@ import numpy as np
 from datasets.motion.humanoid import BODY_COUNT
 from datasets.motion.skeleton import Skeleton
 
-FPS = 60.0  # of every reference [1/s]
+FPS = 60.0  # 1/s, frame rate of every reference
 
 
 def _freeze(owner: object, field: str, shape_tail: tuple[int, ...]) -> None:
@@ -27,11 +27,11 @@ class Motion:
     """A clip on its performer's own skeleton: metres, Z up, X forward where the file says so.
 
     Attributes:
-        skeleton: J joints.
-        local_positions: Of each joint in its parent's frame, the root's in the world [m], shape (T, J, 3).
-        local_rotations: Relative to the parent, the root's to the world, wxyz, shape (T, J, 4).
-        fps: Frames per second of this clip.
-        name: What people call the clip, usually the file's stem.
+        skeleton: Skeleton of J joints.
+        local_positions: Position of each joint in its parent's frame, of the root in the world [m], shape (T, J, 3).
+        local_rotations: Rotation of each joint relative to its parent, of the root to the world, wxyz, shape (T, J, 4).
+        fps: Frame rate [1/s].
+        name: Name of the clip, usually the file's stem.
     """
 
     skeleton: Skeleton
@@ -57,14 +57,14 @@ class BodyMotion:
     Elbows and knees turn about their one hinge and hands not at all, so that the simulated humanoid can take every frame.
 
     Attributes:
-        root_position: Of the pelvis in the world [m], shape (T, 3).
-        local_rotations: Relative to the parent body, the pelvis' to the world, wxyz, shape (T, 20, 4).
-        fps: Frames per second of this clip.
-        name: Unique within a library.
-        performer: Who moved; training and test sets never share one.
-        system: How it was captured: "optical", "imu", "synthetic" or "imu_suit" (simulated).
+        root_position: Position of the pelvis in the world [m], shape (T, 3).
+        local_rotations: Rotation of each body relative to its parent, of the pelvis to the world, wxyz, shape (T, 20, 4).
+        fps: Frame rate [1/s].
+        name: Name of the clip, unique within a library.
+        performer: Name of the performer; training and test sets never share one.
+        system: Capture system: "optical", "imu", "synthetic" or "imu_suit" (simulated).
         kind: Kind of motion in a word or two, such as "walk".
-        rooted: Whether the recording says where the pelvis went; else ``root_position`` is a place holder.
+        rooted: Whether the recording holds the path of the pelvis; else ``root_position`` is a placeholder.
     """
 
     root_position: np.ndarray

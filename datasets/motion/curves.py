@@ -1,4 +1,4 @@
-"""Smooth curves over time that synthetic motion is drawn with."""
+"""Smooth curves over time for synthetic motion: minimum-jerk steps and key frames, noise, Gaussian smoothing."""
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
@@ -11,7 +11,7 @@ def smoother_step(u: np.ndarray) -> np.ndarray:
 
 
 def reach_profile(u: np.ndarray, speed_up: float, slow_down: float) -> np.ndarray:
-    """Return a rise from 0 to 1 whose speed is flat between raised-cosine ramps: less peak speed than minimum jerk.
+    """Return a rise from 0 to 1 at constant speed between raised-cosine ramps: less peak speed than minimum jerk.
 
     Args:
         u: Share of the duration, clipped to 0..1, shape (...).
@@ -19,7 +19,7 @@ def reach_profile(u: np.ndarray, speed_up: float, slow_down: float) -> np.ndarra
         slow_down: Share of the duration that the last ramp takes; both together at most 1.
 
     Returns:
-        Share of the way, shape (...), with continuous acceleration.
+        Share of the distance, shape (...), with continuous acceleration.
     """
     u = np.clip(u, 0.0, 1.0)
     way = _ramp(u, speed_up) - _ramp(u - 1.0 + slow_down, slow_down)
@@ -33,15 +33,15 @@ def _ramp(u: np.ndarray, width: float) -> np.ndarray:
 
 
 def interpolate_keyframes(t: np.ndarray, times: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return the curve that rests at every key and moves between neighbours with minimum jerk.
+    """Return the curve that rests at every key frame and moves between neighbours with minimum jerk.
 
     Args:
         t: Times [s], shape (T,).
-        times: Of the K keys, ascending [s], shape (K,).
-        values: At the keys, shape (K, ...).
+        times: Times of the K key frames, ascending [s], shape (K,).
+        values: Values at the key frames, shape (K, ...).
 
     Returns:
-        Values at ``t``, shape (T, ...); before the first and after the last key theirs.
+        Values at ``t``, shape (T, ...); before the first key frame and after the last one theirs.
     """
     times, values = np.asarray(times, dtype=float), np.asarray(values, dtype=float)
     after = np.clip(np.searchsorted(times, t, side="right"), 1, len(times) - 1)
@@ -51,7 +51,7 @@ def interpolate_keyframes(t: np.ndarray, times: np.ndarray, values: np.ndarray) 
 
 
 def smooth_noise(t: np.ndarray, rng: np.random.Generator, size: int, period: float) -> np.ndarray:
-    """Return ``size`` wandering curves of about unit amplitude whose shortest period is ``period`` [s], shape (T, size)."""
+    """Return ``size`` smooth random curves of about unit amplitude whose shortest period is ``period`` [s], shape (T, size)."""
     periods = period * rng.uniform(1.0, 4.0, (4, size))
     phases = rng.uniform(0.0, 2.0 * np.pi, (4, size))
     return np.sin(2.0 * np.pi * t[:, None, None] / periods + phases).sum(axis=1) / np.sqrt(2.0)

@@ -1,4 +1,4 @@
-"""Where a clip jumps as no body can: swapped markers and joined takes, which nobody should be taught."""
+"""Discontinuities of a clip, such as swapped markers and joined recordings: found by acceleration, and cut out of training clips."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -8,22 +8,22 @@ import numpy as np
 from datasets.motion.clip import BodyMotion
 from datasets.motion.kinematics import body_poses
 
-MAX_ACCELERATION_M_S2 = 1000.0  # m/s^2 relative to the pelvis; a kick reaches about half of it, marker swaps exceed it
+MAX_ACCELERATION_M_S2 = 1000.0  # m/s^2, relative to the pelvis; a kick reaches about half of it, marker swaps exceed it
 
 
 def find_discontinuities(positions: np.ndarray, fps: float) -> np.ndarray:
-    """Return the frames in which a body accelerates impossibly against the pelvis.
+    """Return the frames in which a body accelerates relative to the pelvis as no human body can, shape (jumps,).
 
     Args:
         positions: Origins of the bodies, the pelvis first [m], shape (T, 20, 3).
-        fps: Frames per second.
+        fps: Frame rate [1/s].
     """
     acceleration = np.diff(positions - positions[:, :1], n=2, axis=0) * fps**2
     return 1 + np.flatnonzero(np.linalg.norm(acceleration, axis=-1).max(axis=-1, initial=0.0) > MAX_ACCELERATION_M_S2)
 
 
 def split_at_discontinuities(motion: BodyMotion) -> list[BodyMotion]:
-    """Return the pieces of a clip between its jumps; the clip itself where it has none.
+    """Return the pieces of a clip between its discontinuities; the clip itself where it has none.
 
     Pieces are named like the clip, with "#" and their number from one.
     """

@@ -1,4 +1,4 @@
-"""The humanoid of 20 bodies, written once: its tree, proportions, masses, hinges and shapes.
+"""Model of the humanoid of 20 bodies: tree, proportions, masses, hinges and shapes.
 
 Lengths in metres, x forward, y left, z up. At zero rotation it stands in a T-pose, palms down, and every body's
 frame is parallel to the world's. Segment masses are the shares of Dumas and Wojtusch (2018, table of the adult
@@ -15,14 +15,20 @@ from scipy.spatial.transform import Rotation
 from datasets.motion.rotation import from_axis_angle, multiply
 from datasets.motion.skeleton import Skeleton
 
+GRAVITY_M_S2 = 9.81  # m/s^2
 TOTAL_MASS_KG = 72.0  # kg
-GIMBAL_LOCK_COSINE = 1e-6  # cosine of a middle angle below which the outer two hinges of three turn about one axis
+GIMBAL_LOCK_COSINE = 1e-6  # of the middle of three hinge angles; below it the outer two hinges turn about one axis
 ANKLE_HEIGHT = 0.08  # m, of the foot's origin above its sole
+TOE_HEIGHT = 0.02  # m, of the toe's origin above its sole
+HEEL_OFFSET = (-0.06, 0.0, -ANKLE_HEIGHT)  # m, rear end of the sole in the foot's frame
+BALL_OFFSET = (0.13, 0.0, -ANKLE_HEIGHT)  # m, front end of the foot's sole in the foot's frame, below the toe's origin
+TOE_BALL_OFFSET = (0.0, 0.0, -TOE_HEIGHT)  # m, rear end of the toe's sole in the toe's frame
+TOE_TIP_OFFSET = (0.07, 0.0, -TOE_HEIGHT)  # m, front end of the toe's sole in the toe's frame
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A collision shape: the points' convex hull, grown by ``radius``. One point is a ball, two a capsule, eight a box."""
+    """Collision shape: the convex hull of the points [m], grown by ``radius`` [m]. One point is a ball, two are a capsule, eight a box."""
 
     points: tuple[tuple[float, float, float], ...]
     radius: float = 0.0
@@ -30,12 +36,12 @@ class Shape:
 
 @dataclass(frozen=True)
 class Body:
-    """One body: where it hangs, what it weighs, how its joint turns and what it collides with.
+    """One body of the humanoid: its place in the tree, mass, joint and collision shape.
 
     Attributes:
-        name: Body and joint name.
+        name: Name of the body and of its joint.
         parent: Name of the parent body, None for the pelvis.
-        offset: Origin in the parent's frame at rest [m].
+        offset: Position of the origin in the parent's frame at rest [m].
         mass_share: Share of the total mass.
         hinges: Axes of the joint's hinges from the parent's side to the body's, such as "yxz"; "" is welded.
         shape: Collision shape in the body's frame; the centre of its points is the centre of mass.
@@ -73,11 +79,13 @@ def _arm(side: str, s: float) -> list[Body]:
 
 def _leg(side: str, s: float) -> list[Body]:
     """Return the four bodies of one leg; ``s`` is +1 on the left, -1 on the right."""
+    foot = _box((HEEL_OFFSET[0], -0.045, -ANKLE_HEIGHT), (BALL_OFFSET[0], 0.045, -0.02))
+    toe = _box((0.0, -0.045, -TOE_HEIGHT), (TOE_TIP_OFFSET[0], 0.045, TOE_HEIGHT))
     return [
         Body(f"thigh_{side}", "pelvis", (0.0, s * 0.09, -0.03), 0.123, "zxy", _rod((0, 0, -0.03), (0, 0, -0.35), 0.07)),
         Body(f"shin_{side}", f"thigh_{side}", (0.0, 0.0, -0.42), 0.048, "y", _rod((0, 0, -0.04), (0, 0, -0.36), 0.05)),
-        Body(f"foot_{side}", f"shin_{side}", (0.0, 0.0, -0.41), 0.010, "zxy", _box((-0.06, -0.045, -ANKLE_HEIGHT), (0.13, 0.045, -0.02))),
-        Body(f"toe_{side}", f"foot_{side}", (0.13, 0, 0.02 - ANKLE_HEIGHT), 0.002, "yxz", _box((0.0, -0.045, -0.02), (0.07, 0.045, 0.02))),
+        Body(f"foot_{side}", f"shin_{side}", (0.0, 0.0, -0.41), 0.010, "zxy", foot),
+        Body(f"toe_{side}", f"foot_{side}", (BALL_OFFSET[0], 0, TOE_HEIGHT - ANKLE_HEIGHT), 0.002, "yxz", toe),
     ]  # fmt: skip
 
 
@@ -101,12 +109,10 @@ SKELETON = Skeleton(
 BODY_COUNT = len(BODIES)
 TRUNK_BODIES = (0, 1, 2, 3)  # pelvis, spine, chest, head
 HEAD_BODY = BODY_NAMES.index("head")
-FOOT_AND_TOE_BODIES = tuple(
-    (BODY_NAMES.index(f"foot_{s}"), BODY_NAMES.index(f"toe_{s}")) for s in "lr"
-)  # of each side the bodies that touch ground
+FOOT_AND_TOE_BODIES = tuple((BODY_NAMES.index(f"foot_{s}"), BODY_NAMES.index(f"toe_{s}")) for s in "lr")  # of the left and the right side
 _SHARES = np.array([body.mass_share for body in BODIES])
 BODY_MASSES_KG = TOTAL_MASS_KG * _SHARES / _SHARES.sum()  # kg, (20,); published shares are rounded and sum to 1.002
-BODY_COM_OFFSETS = np.array([np.mean(body.shape.points, axis=0) for body in BODIES])  # of mass in the body's frame [m], (20, 3)
+BODY_COM_OFFSETS = np.array([np.mean(body.shape.points, axis=0) for body in BODIES])  # m, centre of mass in the body's frame, (20, 3)
 LEG_LENGTH = 0.42 + 0.41  # m, thigh and shin
 HINGES: tuple[tuple[int, str], ...] = tuple((b, axis) for b, body in enumerate(BODIES) for axis in body.hinges)
 HINGE_COUNT = len(HINGES)  # 43
@@ -115,7 +121,7 @@ _AXES = {"x": np.array([1.0, 0.0, 0.0]), "y": np.array([0.0, 1.0, 0.0]), "z": np
 
 
 def hinge_slice(body: int) -> slice:
-    """Return where the hinges of ``body`` stand among the 43."""
+    """Return the slice of the hinges of ``body`` among the 43."""
     start = sum(len(b.hinges) for b in BODIES[:body])
     return slice(start, start + len(BODIES[body].hinges))
 
@@ -127,7 +133,7 @@ def hinge_angles(local_rotations: np.ndarray) -> np.ndarray:
     nearest to the frame before is taken, so that no angle jumps while the body moves smoothly.
 
     Args:
-        local_rotations: Relative to the parent body, wxyz, shape (T, 20, 4).
+        local_rotations: Rotations of the bodies relative to their parents, wxyz, shape (T, 20, 4).
 
     Returns:
         Angles [rad], shape (T, 43).
@@ -141,15 +147,15 @@ def hinge_angles(local_rotations: np.ndarray) -> np.ndarray:
         elif len(body.hinges) == 3:
             with catch_warnings(action="ignore", category=UserWarning):  # of gimbal lock, which is dealt with below
                 triples = Rotation.from_quat(q, scalar_first=True).as_euler(body.hinges.upper())
-            angles[:, here] = _continuous(triples, 1.0 if body.hinges in ("xyz", "yzx", "zxy") else -1.0)
+            angles[:, here] = _unwrap_triples(triples, 1.0 if body.hinges in ("xyz", "yzx", "zxy") else -1.0)
     return angles
 
 
-def _continuous(triples: np.ndarray, parity: float) -> np.ndarray:
+def _unwrap_triples(triples: np.ndarray, parity: float) -> np.ndarray:
     """Return for each frame the equivalent of an Euler triple (T, 3) that is nearest to the frame before.
 
-    In gimbal lock only the sum of the first and the last angle is known, or their difference: ``parity``, +1 where the axes
-    are in cyclic order and -1 otherwise, says which. There the last angle keeps still.
+    In gimbal lock only the sum of the first and the last angle is known, or their difference, depending on ``parity``: +1 where
+    the axes are in cyclic order and -1 otherwise. There the last angle keeps still.
     """
     out = triples.copy()
     for before, now in pairwise(range(len(triples))):
@@ -164,14 +170,14 @@ def _continuous(triples: np.ndarray, parity: float) -> np.ndarray:
 
 
 def rotations_from_hinges(root_rotation: np.ndarray, angles: np.ndarray) -> np.ndarray:
-    """Return the local rotations that the hinges make: the inverse of ``hinge_angles``.
+    """Return the local rotations of given hinge angles: the inverse of ``hinge_angles``.
 
     Args:
-        root_rotation: Of the pelvis in the world, wxyz, shape (..., 4).
-        angles: Of the 43 hinges [rad], shape (..., 43).
+        root_rotation: Rotation of the pelvis in the world, wxyz, shape (..., 4).
+        angles: Angles of the 43 hinges [rad], shape (..., 43).
 
     Returns:
-        Rotations relative to the parent, the pelvis' to the world, shape (..., 20, 4).
+        Rotations of the bodies relative to their parents, of the pelvis to the world, wxyz, shape (..., 20, 4).
     """
     identity = np.zeros_like(root_rotation)
     identity[..., 0] = 1.0

@@ -1,4 +1,4 @@
-"""What a clip implies: body poses, velocities, centre of mass, lowest points, another frame rate."""
+"""Kinematics of a clip: body poses, velocities, centre of mass, lowest points, sole points, resampling."""
 
 from dataclasses import replace
 
@@ -6,16 +6,25 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from datasets.motion.clip import BodyMotion, Motion
-from datasets.motion.humanoid import ANKLE_HEIGHT, BODIES, BODY_COM_OFFSETS, BODY_MASSES_KG, FOOT_AND_TOE_BODIES, SKELETON
+from datasets.motion.humanoid import (
+    BODIES,
+    BODY_COM_OFFSETS,
+    BODY_MASSES_KG,
+    FOOT_AND_TOE_BODIES,
+    HEEL_OFFSET,
+    SKELETON,
+    TOE_BALL_OFFSET,
+    TOE_TIP_OFFSET,
+)
 from datasets.motion.rotation import conjugate, multiply, normalise, rotate, to_rotation_vector
 from datasets.motion.skeleton import forward_kinematics
 
-MAX_LEVEL_DIFFERENCE_M = 0.08  # m; soles that stand higher than that stand on something
+MAX_LEVEL_DIFFERENCE_M = 0.08  # m, from one level of the ground; soles that stand higher stand on something
 
 # Heel, ball and toe tip of both feet in their bodies [m]. The ball is the rear of the toes, which rest while a foot rolls over them.
 SOLE_BODIES = [body for foot, toe in FOOT_AND_TOE_BODIES for body in (foot, toe, toe)]
-SOLE_POINT_OFFSETS = np.array(2 * [[-0.06, 0.0, -ANKLE_HEIGHT], [0.0, 0.0, -0.02], [0.07, 0.0, -0.02]])
-_ROLL = 0.01  # m, above a foot's lowest sole point, at which another one still carries it: smoothly, so that feet can roll
+SOLE_POINT_OFFSETS = np.array(2 * [HEEL_OFFSET, TOE_BALL_OFFSET, TOE_TIP_OFFSET])
+_ROLL = 0.01  # m, above a foot's lowest sole point, within which another one still carries it: smoothly, so that feet can roll
 
 
 def body_poses(motion: BodyMotion) -> tuple[np.ndarray, np.ndarray]:
@@ -49,8 +58,8 @@ def angular_velocity(rotations: np.ndarray, fps: float) -> np.ndarray:
     """Return angular velocities in the world's axes by central differences along the first axis.
 
     Args:
-        rotations: In the world, wxyz, shape (T, ..., 4).
-        fps: Frames per second.
+        rotations: Rotations in the world, wxyz, shape (T, ..., 4).
+        fps: Frame rate [1/s].
 
     Returns:
         Angular velocities [rad/s], shape (T, ..., 3).
@@ -83,20 +92,20 @@ def sole_points(positions: np.ndarray, rotations: np.ndarray) -> np.ndarray:
 
     Args:
         positions: Origins of the 20 bodies [m], shape (..., 20, 3).
-        rotations: Of the 20 bodies in the world, wxyz, shape (..., 20, 4).
+        rotations: Rotations of the 20 bodies in the world, wxyz, shape (..., 20, 4).
     """
     points = positions[..., SOLE_BODIES, :] + rotate(rotations[..., SOLE_BODIES, :], SOLE_POINT_OFFSETS)
     return points.reshape(*points.shape[:-2], 2, 3, 3)
 
 
 def support_steps(soles: np.ndarray) -> np.ndarray:
-    """Return how the point that carries each foot moves from frame to frame [m], shape (T - 1, ..., 3).
+    """Return the displacement from frame to frame of the point that carries each foot [m], shape (T - 1, ..., 3).
 
-    A rolling foot is carried by heel, ball and toe tip in turn: each counts by how near it is to the lowest. Upwards it is the
-    lowest point's height that counts.
+    A rolling foot is carried by heel, ball and toe tip in turn: each is weighted by how near it is to the lowest. Vertically it
+    is the lowest point's height that counts.
 
     Args:
-        soles: Sole points of feet [m], shape (T, ..., 3, 3).
+        soles: Sole points of the feet [m], shape (T, ..., 3, 3).
     """
     lowest = soles[..., 2].min(axis=-1)
     carries = np.exp(-(((soles[..., 2] - lowest[..., None]) / _ROLL) ** 2))
@@ -116,14 +125,14 @@ def align_quaternion_signs(rotations: np.ndarray) -> np.ndarray:
 def resample(motion: BodyMotion, fps: float) -> BodyMotion:
     """Return the clip at another frame rate, along cubic splines.
 
-    Straight lines between the frames would give a 30 fps clip stairs for velocities and five times its jitter at 60.
+    Linear interpolation would give a 30 fps clip velocities in steps and five times its jitter at 60 fps.
 
     Args:
-        motion: Clip at any rate.
-        fps: New rate [1/s].
+        motion: Clip of any frame rate.
+        fps: New frame rate [1/s].
 
     Returns:
-        Clip at the new rate that starts at the same instant and ends at the last instant that both rates share.
+        Clip at the new rate that starts at the same instant and ends with the last frame that is not after its end.
     """
     frames = int(np.floor((len(motion) - 1) / motion.fps * fps + 1e-6)) + 1
     return resample_to(motion, frames, fps)
@@ -143,10 +152,10 @@ def resample_to(motion: BodyMotion, frames: int, fps: float) -> BodyMotion:
     return replace(motion, root_position=root, local_rotations=rotations, fps=fps)
 
 
-_GROUND_PERCENTILE = 20.0  # of the lowest point is put on the ground; so chosen that clips sink in as deep as those of real suits
+_GROUND_PERCENTILE = 20.0  # of the lowest point's height, put at zero; so chosen that clips sink in as deep as those of real suits
 
 
 def place_on_ground(motion: BodyMotion) -> BodyMotion:
-    """Return a clip of level ground with its feet on it, as deep as those of real suits' clips after retargeting."""
+    """Return a clip of level ground with its feet on it, sunk in as deep as those of real suits' clips after retargeting."""
     lift = -np.percentile(lowest_point_heights(*body_poses(motion)).min(axis=-1), _GROUND_PERCENTILE)
     return replace(motion, root_position=motion.root_position + np.array([0.0, 0.0, lift]))

@@ -1,18 +1,18 @@
-"""Exchanges left and right of a clip: what a body can do to the left it can do to the right."""
+"""Mirrored clips: left and right exchanged, for a body can do to the right what it can do to the left."""
 
 from dataclasses import replace
 
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_NAMES
 
-# Of each body the one on the other side; bodies in the middle are their own.
 _PARTNERS = {"_l": "_r", "_r": "_l"}
+# Index of each body's counterpart on the other side; bodies in the middle are their own.
 _OTHER_SIDE = [BODY_NAMES.index(name[:-2] + _PARTNERS.get(name[-2:], name[-2:])) for name in BODY_NAMES]
 
 
 def mirror_motion(motion: BodyMotion) -> BodyMotion:
-    """Return the clip seen in a mirror that stands along x: y becomes -y, and the sides of the body change places."""
-    # A mirror at y = 0 keeps turns about y and reverses those about x and z. At rest every body is its partner's mirror image.
+    """Return the clip mirrored at the plane y = 0: y becomes -y, and the sides of the body change places."""
+    # A mirror at y = 0 keeps rotations about y and reverses those about x and z. At rest every body is its partner's mirror image.
     return replace(
         motion,
         name=f"{motion.name}_mirrored",

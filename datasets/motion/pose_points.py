@@ -1,8 +1,8 @@
-"""Joints, soles and centre of mass of a single frame, for those who get one at a time.
+"""Joints, soles and centre of mass of a single frame, for streams of frames.
 
-``kinematics`` goes from body to body with all frames of a clip at once; of one frame that would be a thousand tiny array
-operations. Here the bodies of equal depth in the tree turn together, and every point is a fixed combination of the 60 axes of
-the 20 bodies.
+``datasets.motion.kinematics`` goes from body to body with all frames of a clip at once; of one frame that would be a thousand
+tiny array operations. Here the bodies of equal depth in the tree turn together, and every point is a fixed linear combination of
+the 60 axes of the 20 bodies.
 """
 
 from typing import NamedTuple
@@ -32,7 +32,7 @@ def pose_points(local_rotations: np.ndarray) -> PosePoints:
     """Return the points of one pose.
 
     Args:
-        local_rotations: Relative to the parent body, the pelvis' to the world, wxyz, shape (20, 4).
+        local_rotations: Rotations of the bodies relative to their parents, of the pelvis to the world, wxyz, shape (20, 4).
     """
     world = to_matrix(local_rotations)
     for bodies, parents in _LEVELS:
@@ -52,7 +52,7 @@ def _levels() -> list[tuple[np.ndarray, np.ndarray]]:
 
 
 def _combinations() -> np.ndarray:
-    """Return how far each point lies along each axis of each body [m], shape (points, 60): joints, soles, centre of mass."""
+    """Return the coefficient [m] of each axis of each body in each point, shape (points, 60): joints, soles, centre of mass."""
     joints = np.zeros((BODY_COUNT, BODY_COUNT, 3))
     for body, parent in enumerate(SKELETON.parents[1:], start=1):
         joints[body] = joints[parent]

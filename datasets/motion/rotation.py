@@ -1,4 +1,4 @@
-"""The quaternion functions of the hot path, for NumPy arrays and torch tensors alike.
+"""Quaternion functions of the hot path, for NumPy arrays and torch tensors alike.
 
 Quaternions are wxyz and of unit length; leading dimensions are free. Off the hot path use scipy's Rotation.
 """
@@ -14,21 +14,21 @@ _NUMPY = np.ndarray | np.generic
 
 
 def array_namespace(x: Array) -> ModuleType:
-    """Return the module whose functions work on ``x``: numpy or torch."""
+    """Return the module whose functions take ``x``: numpy or torch."""
     return np if isinstance(x, _NUMPY) else sys.modules["torch"]
 
 
 class Constant:
-    """Numbers that shared maths needs as an array of its caller's kind: NumPy's, or torch's on some device."""
+    """Constant of functions that take NumPy arrays or torch tensors, as an array of the caller's kind and device."""
 
     def __init__(self, values: Any) -> None:
-        """Hold ``values``: whole numbers, which are indices, as they are, all others in single precision."""
+        """Hold ``values``: integers, which are indices, as they are, all others in single precision."""
         array = np.array(values)
         self._values = array if array.dtype.kind == "i" else array.astype(np.float32)
         self._tensors: dict[tuple[Any, Any], Array] = {}
 
     def like(self, x: Array) -> Array:
-        """Return the numbers for a calculation with ``x``; a tensor is made once for each device and type."""
+        """Return the constant as an array for a calculation with ``x``; a tensor is made once for each device and type."""
         if array_namespace(x) is np:
             return self._values
         key = (x.device, x.dtype)
@@ -39,6 +39,8 @@ class Constant:
 
 
 _SKEW = Constant([[0.0, 0, 0, 0, 0, -1, 0, 1, 0], [0, 0, 1, 0, 0, 0, -1, 0, 0], [0, -1, 0, 1, 0, 0, 0, 0, 0]])
+
+_UP = Constant([0.0, 0.0, 1.0])
 
 
 def skew(v: Array) -> Array:
@@ -71,7 +73,7 @@ def multiply(a: Array, b: Array) -> Array:
 
 
 def conjugate(q: Array) -> Array:
-    """Return the inverse rotations, shape (..., 4)."""
+    """Return the inverses of the rotations ``q``, shape (..., 4)."""
     return array_namespace(q).concat([q[..., :1], -q[..., 1:]], axis=-1)
 
 
@@ -91,13 +93,13 @@ def rotate(q: Array, v: Array) -> Array:
 
 
 def normalise(q: Array) -> Array:
-    """Return quaternions of unit length."""
+    """Return the quaternions ``q`` (..., 4) scaled to unit length."""
     xp = array_namespace(q)
     return q / xp.sqrt(xp.sum(q * q, axis=-1))[..., None]
 
 
 def to_matrix(q: Array) -> Array:
-    """Return rotation matrices (..., 3, 3), whose columns are the rotated axes."""
+    """Return the rotation matrices (..., 3, 3) of ``q``, whose columns are the rotated axes."""
     xp = array_namespace(q)
     w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
     rows = [
@@ -126,6 +128,11 @@ def from_axis_angle(axis: Array, radians: Array) -> Array:
     xp = array_namespace(radians)
     half = 0.5 * radians[..., None]
     return xp.concat([xp.cos(half), axis * xp.sin(half)], axis=-1)
+
+
+def from_yaw(radians: Array) -> Array:
+    """Return rotations (..., 4) by ``radians`` (...) about the vertical, counterclockwise seen from above."""
+    return from_axis_angle(_UP.like(radians), radians)
 
 
 def from_rotation_vector(v: Array) -> Array:

@@ -1,8 +1,8 @@
-"""Quaternions to matrices and back in a handful of calls, for single frames, where each call costs more than its arithmetic."""
+"""Conversion of quaternions to rotation matrices and back in few NumPy calls, for single frames, where calls cost more than arithmetic."""
 
 import numpy as np
 
-# Products of a quaternion's parts, flattened (16,), times this are its matrix, row by row (9,).
+# Products of a quaternion's components, flattened (16,), times this are its matrix, row by row (9,).
 _PRODUCTS_TO_MATRIX = np.zeros((4, 4, 9))
 # A matrix, row by row (9,), times this, and the identity added, is four times those products.
 _MATRIX_TO_PRODUCTS = np.zeros((9, 4, 4))
@@ -26,7 +26,7 @@ def quaternions_to_matrices(q: np.ndarray) -> np.ndarray:
 
 
 def matrices_to_quaternions(m: np.ndarray) -> np.ndarray:
-    """Return the unit quaternions (..., 4) of rotation matrices (..., 3, 3), the largest part of each positive."""
+    """Return the unit quaternions (..., 4) of rotation matrices (..., 3, 3), the largest component of each positive."""
     products = (m.reshape(-1, 9) @ _TO_PRODUCTS + _ONE).reshape(-1, 4, 4)
     largest = np.argmax(products[:, range(4), range(4)], axis=1)
     q = products[np.arange(len(largest)), largest]

@@ -1,4 +1,4 @@
-"""A skeleton: names, parents and rest offsets of its joints, and its forward kinematics."""
+"""Skeletons (names, parents and rest offsets of joints) and their forward kinematics."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from datasets.motion.rotation import multiply, rotate
 
 @dataclass(frozen=True)
 class Skeleton:
-    """A tree of joints in which every parent stands before its children.
+    """Tree of joints in which every parent stands before its children.
 
     Attributes:
         names: Joint names, J of them, unique.
@@ -39,15 +39,15 @@ class Skeleton:
 
 
 def forward_kinematics(parents: tuple[int, ...], local_positions: np.ndarray, local_rotations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the global positions and rotations of every joint.
+    """Return the positions and rotations of every joint in the world.
 
     Args:
-        parents: Parent of each of the J joints, root first.
-        local_positions: In the parent's frame, the root's in the world [m], shape (..., J, 3).
-        local_rotations: Relative to the parent, the root's to the world, wxyz, shape (..., J, 4).
+        parents: Index of the parent of each of the J joints, root first.
+        local_positions: Position of each joint in its parent's frame, of the root in the world [m], shape (..., J, 3).
+        local_rotations: Rotation of each joint relative to its parent, of the root to the world, wxyz, shape (..., J, 4).
 
     Returns:
-        Positions (..., J, 3) [m] and rotations (..., J, 4).
+        Positions (..., J, 3) [m] and rotations (..., J, 4), wxyz.
     """
     positions, rotations = [local_positions[..., 0, :]], [local_rotations[..., 0, :]]
     for joint, parent in enumerate(parents[1:], start=1):

@@ -1,4 +1,4 @@
-"""Takes the jitter out of a clip: what is quicker than people move is the sensors', not theirs."""
+"""Low-pass filter of whole clips: removes the jitter of sensors, which is quicker than human motion."""
 
 from dataclasses import replace
 
@@ -9,12 +9,12 @@ from datasets.motion.clip import BodyMotion
 from datasets.motion.kinematics import align_quaternion_signs
 from datasets.motion.rotation import normalise
 
-CUTOFF_HZ = 6.0  # Hz: bandai/train through simulated suits then has the jitter of its clean clips, and no larger error
-PADDING_S = 0.5  # s, of mirrored clip at each end from which the filter starts
+CUTOFF_HZ = 6.0  # Hz; bandai/train through simulated suits then has the jitter of its clean clips, and no larger error
+PADDING_S = 0.5  # s, by which the clip is extended as its own point reflection at each end, where the filter starts
 
 
 def smooth_motion(motion: BodyMotion) -> BodyMotion:
-    """Return the clip without what is quicker than ``CUTOFF_HZ``, nothing delayed."""
+    """Return the clip low-pass filtered at ``CUTOFF_HZ`` without delay."""
     if motion.fps <= 2.0 * CUTOFF_HZ or len(motion) < 2:
         return motion
     sections = butter(2, CUTOFF_HZ, fs=motion.fps, output="sos")  # forward and backward: fourth order in all

@@ -1,4 +1,4 @@
-"""Vectors of three numbers: their length made one, the rotations between them and between frames."""
+"""Vectors in 3D: normalisation, rotations between vectors and between frames."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -7,7 +7,7 @@ from datasets.motion.rotation import cross
 
 
 def unit_vector(v: np.ndarray) -> np.ndarray:
-    """Return vectors (..., 3) of length one; zero stays zero."""
+    """Return the vectors ``v`` (..., 3) scaled to length one; zero stays zero."""
     return v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-12)
 
 
@@ -21,5 +21,5 @@ def rotation_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the smallest rotations (T, 4) that carry unit vectors ``a`` (T, 3) onto ``b`` (T, 3)."""
     q = np.concat([1.0 + np.sum(a * b, axis=-1, keepdims=True), cross(a, b)], axis=-1)
     opposite = q[:, 0] < 1e-9
-    q[opposite] = (0.0, 0.0, 0.0, 1.0)  # half a turn about the vertical: limbs at rest are across it or along it
+    q[opposite] = (0.0, 0.0, 0.0, 1.0)  # half a turn about z: limbs at rest are perpendicular to it or along it
     return q / np.linalg.norm(q, axis=-1, keepdims=True)

@@ -1,7 +1,7 @@
-"""How a performer's joint frames lie in our bodies' frames: constant rotations, found from the rest pose and the motion.
+"""Calibration of a performer: constant rotations from the bodies' frames to the joints' frames, from the rest pose and the motion.
 
-A rest pose cannot be trusted: some files splay its legs, others align each joint's x axis with its bone, so that no
-human stands like it. What can be read from the motion is therefore read from it.
+A rest pose cannot be trusted: some files splay its legs, others align each joint's x axis with its bone, so that no human stands like
+it. So whatever the motion determines is taken from the motion.
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from datasets.motion.vectors import rotation_between, rotation_from_axes, unit_v
 from datasets.retarget.performer_clip import PerformerClip
 
 TORSO = ("pelvis", "spine", "chest", "head", "collar_l", "collar_r")
-# Joint, next joint, the one after, and the axis about which it bends at rest, (upper segment) x (lower segment)
+# Body -> next body, the one after, and the axis about which the limb bends at rest, (upper segment) x (lower segment)
 LIMB_HINGES: dict[str, tuple[str, str, tuple[float, float, float]]] = {
     "thigh_l": ("shin_l", "foot_l", (0.0, 1.0, 0.0)),
     "thigh_r": ("shin_r", "foot_r", (0.0, 1.0, 0.0)),
@@ -30,15 +30,15 @@ REST_BONE_DIRECTIONS = {
     "thigh_r": (0, 0, -1.0),
     "upper_arm_l": (0, 1.0, 0),
     "upper_arm_r": (0, -1.0, 0),
-}  # at rest
-UPRIGHT_SHARE = 0.3  # of the frames, the most upright ones, that stand in for a rest pose
-PRIOR_WEIGHT = 0.02  # of the rest pose's hinge axis; a steady bend of 8 degrees weighs as much
-STANCE_SPEED = 0.25  # m/s
-STANCE_HEIGHT = 0.04  # m above the lower foot
-STANCE_SECONDS = 0.1  # fewer tell nothing of the sole
-MAX_SLOPE_DIFFERENCE = np.radians(15.0)  # of left and right foot; 10 is the most in 324 clips, 26 in the one on its toes
-MIN_TIP = 0.02  # m; a tip nearer than that to the ankle, seen from above, does not tell where the foot points
-SOLE_TILT = np.radians(20.0)  # a foot that stands at a greater angle to the usual stands on its toes or an edge
+}  # from the body to the next one at rest
+UPRIGHT_SHARE = 0.3  # of the frames, the most upright ones, which replace a rest pose
+PRIOR_WEIGHT = 0.02  # of the rest pose's bend axis; a steady bend of 8 degrees has the same weight
+STANCE_SPEED = 0.25  # m/s, below which a foot stands
+STANCE_HEIGHT = 0.04  # m, above the lower foot, below which a foot stands
+STANCE_SECONDS = 0.1  # s, of stance that determine a sole
+MAX_SLOPE_DIFFERENCE = np.radians(15.0)  # rad, of left and right foot; at most 10 degrees in 324 clips, 26 in the one on its toes
+MIN_TIP = 0.02  # m, from the ankle seen from above; a nearer tip does not determine where the foot points
+SOLE_TILT = np.radians(20.0)  # rad, from the usual tilt; a foot that is tilted more stands on its toes or an edge
 _CUBE = np.array([
     matrix for order in permutations(range(3)) for signs in product((1.0, -1.0), repeat=3)
     if np.linalg.det(matrix := np.eye(3)[list(order)] * np.array(signs)[:, None]) > 0
@@ -47,13 +47,13 @@ _CUBE = np.array([
 
 @dataclass(frozen=True)
 class PerformerCalibration:
-    """Constant rotations of a clip.
+    """Constant rotations of a performer's clip.
 
     Attributes:
-        frames: Body -> rotation from the body's frame to its joint's frame, wxyz, of torso, feet and toes.
-        axes: Body -> axis in its joint's frame about which the next joint bends, of thighs and upper arms.
-        rest_is_human: Whether the rest pose was usable.
-        stance_mask: Frames in which the left and the right foot stand; they fixed the soles, shape (T, 2).
+        frames: Body -> rotation from the body's frame to its joint's frame, wxyz, for torso, feet and toes.
+        axes: Body -> axis in its joint's frame about which the next joint bends, for thighs and upper arms.
+        rest_is_human: Whether the rest pose is a human's and was used.
+        stance_mask: Whether the left and the right foot stand in each frame, which determined the soles, shape (T, 2).
     """
 
     frames: dict[str, np.ndarray]
@@ -64,7 +64,12 @@ class PerformerCalibration:
 
 @dataclass(frozen=True)
 class WorldPoses:
-    """Poses in the world by body name: positions (T, 3) in our size [m] and rotations (T, 4), of bodies with a joint."""
+    """Poses in the world of the joints, by the names of their bodies.
+
+    Attributes:
+        positions: Body -> positions in the humanoid's size [m], shape (T, 3).
+        rotations: Body -> rotations, wxyz, shape (T, 4).
+    """
 
     positions: dict[str, np.ndarray]
     rotations: dict[str, np.ndarray]
@@ -74,12 +79,12 @@ def calibrate_performer(performer_clip: PerformerClip, world: WorldPoses, foot_t
     """Return the constant rotations of a clip.
 
     Args:
-        performer_clip: The clip.
-        world: Its joints' poses in the world.
-        foot_tips: For "foot_l" and "foot_r" a point ahead of the ankle, in the ankle joint's frame [m], shape (3,).
+        performer_clip: Clip on its own skeleton.
+        world: Poses of its joints in the world.
+        foot_tips: "foot_l", "foot_r" -> point ahead of the ankle, in the ankle joint's frame [m], shape (3,).
 
     Returns:
-        Rotations for all bodies whose joints the clip has.
+        Rotations for all bodies that have a joint in the clip.
     """
     rest = _rest_world(performer_clip)
     rest_is_human = _is_standing(rest)
@@ -112,7 +117,7 @@ def _lateral(world: WorldPoses) -> np.ndarray:
 
 
 def _is_standing(rest: WorldPoses) -> bool:
-    """Return whether a pose of one frame is that of a standing human: feet below hips below head, left as right."""
+    """Return whether a pose of one frame is that of a standing human: feet below hips below head, left and right alike."""
     at = {body: position[0] for body, position in rest.positions.items()}
     hips, ankles = (0.5 * (at[f"{part}_l"] + at[f"{part}_r"]) for part in ("thigh", "foot"))
     leg = np.linalg.norm(at["shin_l"] - at["thigh_l"]) + np.linalg.norm(at["foot_l"] - at["shin_l"])
@@ -145,7 +150,7 @@ def _upright_frames(world: WorldPoses) -> WorldPoses:
 
 
 def _frames(world: WorldPoses, chosen: np.ndarray) -> WorldPoses:
-    """Return the frames that a mask (T,) chooses."""
+    """Return the frames chosen by a mask (T,)."""
     return WorldPoses({b: p[chosen] for b, p in world.positions.items()}, {b: r[chosen] for b, r in world.rotations.items()})
 
 
@@ -155,14 +160,14 @@ def _mean_rotation(rotations: np.ndarray) -> np.ndarray:
 
 
 def _mean_relative(frames: np.ndarray, of: np.ndarray) -> np.ndarray:
-    """Return the mean (4,) of the rotations ``of`` (T, 4) seen in ``frames`` (T, 4)."""
+    """Return the mean (4,) of the rotations ``of`` (T, 4) relative to ``frames`` (T, 4)."""
     return _mean_rotation(multiply(conjugate(frames), of))
 
 
 def _snap(rotation: np.ndarray) -> np.ndarray:
-    """Return the nearest rotation that carries axes onto axes: a rig without a rest pose has its frames along the bones.
+    """Return the nearest rotation (4,) that carries axes onto axes: a rig without a rest pose has its frames along the bones.
 
-    So a performer who stoops through the whole clip keeps his stoop.
+    So a performer who stoops throughout the clip keeps the stoop.
     """
     matrix = Rotation.from_quat(rotation, scalar_first=True).as_matrix()
     nearest = _CUBE[np.argmax(np.einsum("nij,ij->n", _CUBE, matrix))]
@@ -170,7 +175,7 @@ def _snap(rotation: np.ndarray) -> np.ndarray:
 
 
 def _bend_axis(body: str, world: WorldPoses, reference: WorldPoses, forward: np.ndarray) -> np.ndarray:
-    """Return the axis (3,) in the joint's frame about which the limb bends, each frame weighted by how far it is bent."""
+    """Return the axis (3,) in the joint's frame about which the limb bends, each frame weighted by its bend."""
     middle, end, axis = LIMB_HINGES[body]
     bone = unit_vector(reference.positions[middle] - reference.positions[body])
     turned = multiply(rotation_between(rotate(forward, np.broadcast_to(REST_BONE_DIRECTIONS[body], bone.shape)), bone), forward)
@@ -182,7 +187,7 @@ def _bend_axis(body: str, world: WorldPoses, reference: WorldPoses, forward: np.
 
 
 def _sole(side: str, flat: WorldPoses, tip: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the frames of one side's foot and toe from poses in which the sole is flat on average; ``tip`` is ahead."""
+    """Return the frames of one side's foot and toe from poses in which the sole is flat on average; ``tip`` (3,) is ahead of the ankle."""
     foot, toe = f"foot_{side}", f"toe_{side}"
     q = flat.rotations[foot]
     up = rotate(conjugate(q), np.broadcast_to((0.0, 0.0, 1.0), (len(q), 3)))
@@ -201,7 +206,7 @@ def _sole(side: str, flat: WorldPoses, tip: np.ndarray) -> dict[str, np.ndarray]
 
 
 def _equal_slopes(frames: dict[str, np.ndarray], foot_tips: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return the frames with the steeper foot as flat as the other if they differ much: then it only stood on its toes."""
+    """Return the frames with the steeper foot made as flat as the other if they differ much: then it only stood on its toes."""
     tips = {foot: rotate(conjugate(frames[foot]), unit_vector(tip)) for foot, tip in foot_tips.items()}
     slopes = {foot: float(np.arctan2(-tip[2], tip[0])) for foot, tip in tips.items()}
     steep, flat = sorted(slopes, key=lambda foot: slopes[foot], reverse=True)
@@ -212,7 +217,7 @@ def _equal_slopes(frames: dict[str, np.ndarray], foot_tips: dict[str, np.ndarray
 
 
 def _stance(side: str, world: WorldPoses, tip: np.ndarray, fps: float) -> np.ndarray:
-    """Return the frames (T,) in which a foot is slow, heel and ball, and no higher than the other."""
+    """Return whether a foot is slow, heel and ball, and no higher than the other, in each frame, shape (T,)."""
     ankle, q = world.positions[f"foot_{side}"], world.rotations[f"foot_{side}"]
     ball = ankle + rotate(q, np.broadcast_to(tip, ankle.shape))
     speed = np.maximum(*(np.linalg.norm(linear_velocity(point, fps), axis=-1) for point in (ankle, ball)))

@@ -1,4 +1,4 @@
-"""A clip on the 20 bodies as a BVH on their own skeleton: what a suit's software would hand to an animator."""
+"""Export of a clip on the 20 bodies as BVH on their own skeleton, like the export of a suit's software."""
 
 import numpy as np
 
@@ -13,13 +13,13 @@ _CHANNELS = ("Xposition", "Yposition", "Zposition", *_TURNS)
 
 
 def to_humanoid_bvh(motion: BodyMotion) -> Bvh:
-    """Return a clip as BVH: centimetres, Y up, joints called as the bodies are, the T-pose at zero rotation.
+    """Return a clip as BVH: centimetres, Y up, joints named like the bodies, T-pose at zero rotation.
 
     Args:
-        motion: The clip, T frames.
+        motion: Clip of T frames.
 
     Returns:
-        20 joints, of which all but the pelvis only turn; leaves end at twice the distance of their centre of mass.
+        BVH of 20 joints, of which only the pelvis has positions; leaves end at twice the distance of their centre of mass.
     """
     frames, axes = len(motion), AXES_BY_UP_AXIS[UP]
     offsets = _in_file(SKELETON.offsets)
@@ -33,7 +33,7 @@ def to_humanoid_bvh(motion: BodyMotion) -> Bvh:
     rotations = motion.local_rotations.copy()
     rotations[..., [1 + axis for axis in axes]] = motion.local_rotations[..., 1:]
     values = channel_values(still, positions, rotations)
-    values[:, 3:] = np.unwrap(values[:, 3:], period=360.0, axis=0)  # curves without jumps, where angles about one axis make them
+    values[:, 3:] = np.unwrap(values[:, 3:], period=360.0, axis=0)  # curves without jumps by full turns
     return Bvh(BODY_NAMES, SKELETON.parents, offsets, channels, sites, still.frame_time, values)
 
 

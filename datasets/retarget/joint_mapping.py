@@ -1,4 +1,4 @@
-"""Which joint of a skeleton plays which of the 20 bodies, found from names and topology or told by a mapping file."""
+"""Mapping of a skeleton's joints to the 20 bodies, found from names and topology or given by a mapping file."""
 
 import difflib
 import os
@@ -11,10 +11,10 @@ import yaml
 from configs.errors import InputError
 from datasets.motion.humanoid import BODIES, BODY_NAMES
 
-JointMap = dict[str, int]  # name of a body of ours -> index of the joint that plays it
+JointMap = dict[str, int]  # body name -> index of its joint
 
-# What rigs call the joint at the upper end of each limb segment, without side, most telling name first. "shoulder" is
-# the collar where an upper arm has a name of its own, "hip" and "foot" likewise, so the order of this table matters.
+# Names in rigs of the joint at the upper end of each limb segment, without side, least ambiguous first. "shoulder" is the
+# collar where an upper arm has a name of its own, "hip" and "foot" likewise, so the order of this table matters.
 _LIMBS: dict[str, tuple[str, ...]] = {
     "upper_arm": ("upperarm", "uparm", "shldr", "humerus", "arm", "shoulder"),
     "forearm": ("forearm", "lowerarm", "lowarm", "elbow", "radius"),
@@ -28,17 +28,17 @@ _LIMBS: dict[str, tuple[str, ...]] = {
 _VOCABULARY = {word for words in _LIMBS.values() for word in words}
 _PREFIXES = {"mixamorig", "bip", "joint", "jnt", "character", "def", "bone"}
 _SIDES = {"l": "l", "left": "l", "r": "r", "right": "r"}
-OPTIONAL_BODIES = ("spine", "collar_l", "collar_r", "toe_l", "toe_r")  # a body without a joint moves with its parent
+OPTIONAL_BODIES = ("spine", "collar_l", "collar_r", "toe_l", "toe_r")  # without a joint they move with their parents
 
 
 @dataclass(frozen=True)
 class JointMapping:
-    """What a mapping file says; it completes or overrides what is found.
+    """Contents of a mapping file, which complete or override what is detected.
 
     Attributes:
-        joints: Name of a body of ours -> joint name.
-        unit: Metres per unit of the file, None to find it.
-        up_axis: Axis that points up, "x", "y" or "z", None to find it.
+        joints: Body name -> joint name.
+        unit: Metres per unit of the file, None to detect it.
+        up_axis: Axis that points up, "x", "y" or "z", None to detect it.
     """
 
     joints: dict[str, str] = field(default_factory=dict)
@@ -50,13 +50,13 @@ def read_mapping(path: str | os.PathLike[str]) -> JointMapping:
     """Read a mapping file: YAML with lines such as ``thigh_l: LeftUpLeg``, ``unit: 0.01`` and ``up: y``.
 
     Args:
-        path: The file.
+        path: Mapping file.
 
     Returns:
-        What it says.
+        Contents of the file.
 
     Raises:
-        InputError: If it cannot be read or says something unknown.
+        InputError: If the file cannot be read or holds something unknown.
     """
     try:
         entries = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
@@ -78,18 +78,18 @@ def read_mapping(path: str | os.PathLike[str]) -> JointMapping:
 
 
 def find_joint_map(names: tuple[str, ...], parents: tuple[int, ...], mapping: JointMapping | None = None) -> JointMap:
-    """Return which joint plays which body.
+    """Return the joint of each body.
 
     Args:
         names: Joint names.
-        parents: Parent of each joint, -1 for the root.
+        parents: Index of each joint's parent, -1 for the root.
         mapping: Joints known beforehand.
 
     Returns:
-        A joint for every body, except for those of ``OPTIONAL`` that the skeleton lacks.
+        A joint for every body, except for those of ``OPTIONAL_BODIES`` that the skeleton lacks.
 
     Raises:
-        InputError: If a body that must be there has no joint, or the joints do not hang together like a human's.
+        InputError: If a required body has no joint, or the joints are not connected like a human's.
     """
     joint_map = _told(names, mapping or JointMapping())
     for side in "lr":
@@ -106,7 +106,7 @@ def find_joint_map(names: tuple[str, ...], parents: tuple[int, ...], mapping: Jo
 
 
 def ancestors(joint: int, parents: tuple[int, ...]) -> list[int]:
-    """Return ``joint`` and all above it, up to the root."""
+    """Return ``joint`` and all joints above it, up to the root."""
     path = [joint]
     while parents[path[-1]] >= 0:
         path.append(parents[path[-1]])
@@ -114,7 +114,7 @@ def ancestors(joint: int, parents: tuple[int, ...]) -> list[int]:
 
 
 def _told(names: tuple[str, ...], mapping: JointMapping) -> JointMap:
-    """Return the roles that the mapping names."""
+    """Return the joints of the bodies that the mapping names."""
     for body, joint in mapping.joints.items():
         if joint not in names:
             near = difflib.get_close_matches(joint, names, 1)
@@ -137,7 +137,7 @@ def _words(name: str) -> tuple[str | None, str]:
 
 
 def _by_word(names: tuple[str, ...], side: str | None) -> dict[str, list[int]]:
-    """Return the joints of one side by what they are called without it."""
+    """Return the joints of one side by their names without the side."""
     table: dict[str, list[int]] = {}
     for joint, name in enumerate(names):
         here, word = _words(name)
@@ -147,7 +147,7 @@ def _by_word(names: tuple[str, ...], side: str | None) -> dict[str, list[int]]:
 
 
 def _find_limbs(roles: JointMap, by_word: dict[str, list[int]], parents: tuple[int, ...], side: str) -> None:
-    """Add the joints of one side's arm and leg."""
+    """Add the joints of one side's arm and leg to ``roles``."""
     taken = {joint for body, joint in roles.items() if body.endswith(f"_{side}")}
     below = {"toe": "foot"}  # these two are only themselves in the right place of the tree
     above = {"collar": "upper_arm"}
@@ -166,13 +166,13 @@ def _find_limbs(roles: JointMap, by_word: dict[str, list[int]], parents: tuple[i
 
 
 def _common(a: int, b: int, parents: tuple[int, ...]) -> int:
-    """Return the lowest joint that is above both ``a`` and ``b``."""
+    """Return the lowest common ancestor of the joints ``a`` and ``b``."""
     over_b = set(ancestors(b, parents))
     return next(joint for joint in ancestors(a, parents) if joint in over_b)
 
 
 def _find_torso(roles: JointMap, names: tuple[str, ...], parents: tuple[int, ...]) -> None:
-    """Add pelvis, spine, chest and head: where the legs meet, where the arms meet, and the middle between them."""
+    """Add pelvis, spine, chest and head to ``roles``: where the legs meet, the middle between, where the arms meet, and by name."""
     middle = _by_word(names, None)
     if "head" not in roles and "head" in middle:
         roles["head"] = middle["head"][0]
@@ -193,7 +193,7 @@ def _find_torso(roles: JointMap, names: tuple[str, ...], parents: tuple[int, ...
 
 
 def _check(roles: JointMap, names: tuple[str, ...], parents: tuple[int, ...]) -> None:
-    """Raise InputError unless every joint hangs under the joint of the nearest body above it that has one."""
+    """Raise InputError unless every body's joint is below the joint of the nearest body above it that has one."""
     parent_body = {body.name: body.parent for body in BODIES}
     for body, joint in roles.items():
         over = parent_body[body]

@@ -1,4 +1,4 @@
-"""A BVH file at the door: on its performer's own skeleton, in metres and Z up, with what was found out about it."""
+"""Clips on the performer's own skeleton, in metres and Z up, with joint mapping, unit and up axis of the file."""
 
 import os
 from dataclasses import dataclass
@@ -14,26 +14,26 @@ from datasets.motion.humanoid import LEG_LENGTH
 from datasets.motion.skeleton import Skeleton, forward_kinematics
 from datasets.retarget.joint_mapping import JointMap, JointMapping, find_joint_map
 
-METRES_PER_UNIT: dict[str, float] = {"m": 1.0, "ft": 0.3048, "dm": 0.1, "CMU": 0.056444, "inch": 0.0254, "cm": 0.01, "mm": 0.001}  # metres
+METRES_PER_UNIT: dict[str, float] = {"m": 1.0, "ft": 0.3048, "dm": 0.1, "CMU": 0.056444, "inch": 0.0254, "cm": 0.01, "mm": 0.001}
 AXES_BY_UP_AXIS: dict[str, list[int]] = {"x": [1, 2, 0], "y": [2, 0, 1], "z": [0, 1, 2]}  # up in the file -> its axes that become x, y, z
 POSITIONS = {"Xposition", "Yposition", "Zposition"}
-MAX_LEG_RATIO = 1.8  # a leg of 0.46 to 1.5 m passes for a human's
+MAX_LEG_RATIO = 1.8  # of a leg's length and the humanoid's: legs of 0.46 to 1.5 m pass for a human's
 MIN_BONE_RATIO = 1e-3  # of the leg's length
-MAX_LEADING_FRAMES = 12  # frames at the start among which a T-pose and its smoothed tail are looked for
+MAX_LEADING_FRAMES = 12  # frames at the start that are searched for a T-pose and its smoothed tail
 
 
 @dataclass(frozen=True)
 class PerformerClip:
-    """A clip on its own skeleton and what was found at the door.
+    """Clip on the performer's own skeleton and properties of its file.
 
     Attributes:
-        motion: Metres, Z up; frames that belong to no motion are dropped.
-        joint_map: Which joint plays which body.
-        end_offsets: Mean of each joint's End Sites in its frame [m], zero where it has none, shape (J, 3).
+        motion: Clip in metres, Z up, without a leading T-pose.
+        joint_map: Joint of each body.
+        end_offsets: Mean of each joint's End Sites in its frame [m], zero if it has none, shape (J, 3).
         unit: Metres per unit of the file.
         up_axis: Axis of the file that points up.
-        dropped_frames: Leading frames that were dropped because they jump (a T-pose).
-        joints_with_positions: Joints whose position the file holds for each frame.
+        dropped_frames: Number of leading frames that were dropped because they jump (a T-pose).
+        joints_with_positions: Joints with position channels.
     """
 
     motion: Motion
@@ -49,14 +49,14 @@ def load_performer_bvh(path: str | os.PathLike[str], mapping: JointMapping | Non
     """Read a BVH file in metres and Z up.
 
     Args:
-        path: The file.
-        mapping: What is known of its joints, unit and axes; the rest is found.
+        path: BVH file.
+        mapping: Known joints, unit and axes; the rest is detected.
 
     Returns:
-        The clip on its own skeleton.
+        Clip on its own skeleton.
 
     Raises:
-        InputError: If the file is broken or nothing human is found in it.
+        InputError: If the file is broken or holds no human.
     """
     try:
         return performer_clip_from_bvh(read_bvh(path), Path(path).stem, mapping)
@@ -65,7 +65,7 @@ def load_performer_bvh(path: str | os.PathLike[str], mapping: JointMapping | Non
 
 
 def performer_clip_from_bvh(bvh: Bvh, name: str, mapping: JointMapping | None = None) -> PerformerClip:
-    """Return a BVH in metres and Z up; the arguments and errors are those of ``load_performer_bvh``."""
+    """Return the clip of a BVH in metres and Z up; arguments and errors are those of ``load_performer_bvh``."""
     mapping = mapping or JointMapping()
     joint_map = find_joint_map(bvh.names, bvh.parents, mapping)
     local_positions, local_rotations = local_pose(bvh)
@@ -92,7 +92,7 @@ def leg_length(positions: np.ndarray, joint_map: JointMap) -> float:
 
 
 def _check_bones(names: tuple[str, ...], positions: np.ndarray, roles: JointMap, leg: float) -> None:
-    """Raise InputError unless hips, and the ends of every bone of the limbs, are apart from each other."""
+    """Raise InputError unless both hips, and the two ends of every bone of the limbs, are apart from each other."""
     chains = [("thigh_l", "thigh_r")]
     for side in "lr":
         for chain in (("thigh", "shin", "foot"), ("upper_arm", "forearm", "hand")):
@@ -106,13 +106,13 @@ def _check_bones(names: tuple[str, ...], positions: np.ndarray, roles: JointMap,
 
 
 def _rate(frame_time: float) -> float:
-    """Return the frame rate that a rounded frame time means: 0.0083333 s are 120 frames per second."""
+    """Return the frame rate [1/s] of a rounded frame time [s]: 0.0083333 s are 120 frames per second."""
     fps = 1.0 / frame_time
     return float(round(fps)) if abs(fps - round(fps)) < 1e-2 else fps
 
 
 def _find_unit(leg: float) -> float:
-    """Return the metres per unit of the file that make the leg most like a human's."""
+    """Return the metres per unit of the file that make the leg's length most like a human's."""
     unit = min(METRES_PER_UNIT.values(), key=lambda metres: abs(np.log(metres * leg / LEG_LENGTH)))
     if abs(np.log(unit * leg / LEG_LENGTH)) > np.log(MAX_LEG_RATIO):
         raise InputError(
@@ -123,7 +123,7 @@ def _find_unit(leg: float) -> float:
 
 
 def _find_up(positions: np.ndarray, roles: JointMap, leg: float) -> str:
-    """Return the axis along which the head is above the feet, y where that is unclear, as in someone lying."""
+    """Return the axis along which the head is above the feet, or "y" if that is unclear, as of somebody lying."""
     feet = positions[:, [roles["foot_l"], roles["foot_r"]]].mean(axis=1)
     height = np.mean(positions[:, roles["head"]] - feet, axis=0) / leg
     if height[1] > 0.4 or height.max() < 1.0:
@@ -132,7 +132,7 @@ def _find_up(positions: np.ndarray, roles: JointMap, leg: float) -> str:
 
 
 def _leading_frames(positions: np.ndarray, roles: JointMap, leg: float) -> int:
-    """Return how many frames to drop at the start: a T-pose that jumps into the motion, and its wake."""
+    """Return the number of frames to drop at the start: a T-pose that jumps into the motion, and its smoothed tail."""
     if len(positions) < 3 * MAX_LEADING_FRAMES:
         return 0
     pose = positions[:, list(roles.values())] - positions[:, roles["pelvis"], None]

@@ -1,4 +1,4 @@
-"""New poses on a performer's own skeleton: joints turned in the world, hips moved, ankles put somewhere by the legs. J joints, T frames."""
+"""Pose edits on a performer's own skeleton: world rotations of joints, translation of the hips, leg IK. J joints, T frames."""
 
 from dataclasses import replace
 
@@ -15,11 +15,11 @@ from datasets.retarget.retarget import Retargeted
 
 
 def set_world_rotations(motion: Motion, turned: dict[int, np.ndarray]) -> Motion:
-    """Return the clip with some joints turned otherwise in the world; all others keep their pose relative to their parents.
+    """Return the clip with new world rotations of some joints; all others keep their rotations relative to their parents.
 
     Args:
-        motion: The clip.
-        turned: Joint -> its new rotations in the world, wxyz, shape (T, 4).
+        motion: Clip on the performer's skeleton.
+        turned: Joint -> new rotations in the world, wxyz, shape (T, 4).
     """
     parents, local = motion.skeleton.parents, motion.local_rotations.copy()
     world: list[np.ndarray] = []
@@ -33,9 +33,9 @@ def set_world_rotations(motion: Motion, turned: dict[int, np.ndarray]) -> Motion
 
 
 def translate_hips(motion: Motion, performer_clip: PerformerClip, moved: np.ndarray) -> Motion:
-    """Return the clip with hips that are ``moved`` (T, 3) [m] in the world.
+    """Return the clip with the hips displaced by ``moved`` (T, 3) [m] in the world.
 
-    Of the hips and the joints above them, that one is moved whose position the recorded clip changes most.
+    Of the hips and the joints above them, the one whose local position varies most in the recorded clip is moved.
 
     Raises:
         InputError: If the file has no position channels for any of them.
@@ -57,11 +57,11 @@ def translate_hips(motion: Motion, performer_clip: PerformerClip, moved: np.ndar
 
 
 def solve_leg_ik(motion: Motion, retargeted: Retargeted, ankles: dict[str, np.ndarray]) -> Motion:
-    """Return the clip with ankles elsewhere, by thighs and knees alone: the hips stay, feet are turned in the world as before.
+    """Return the clip with ankles at given positions, by thighs and knees alone: hips and world rotations of the feet stay.
 
     Args:
         motion: Clip on the performer's skeleton.
-        retargeted: Which joints are legs, and how their knees bend.
+        retargeted: Retargeted recording of the performer, with joint mapping and bend axes of the knees.
         ankles: "foot_l", "foot_r" -> positions in the performer's world [m], shape (T, 3); a leg too short stays short of them.
     """
     positions, rotations = joint_poses(motion)

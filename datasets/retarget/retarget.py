@@ -1,9 +1,9 @@
-"""From a clip on any skeleton to the 20 bodies.
+"""Retargeting of a clip on any skeleton to the 20 bodies.
 
-Torso, feet and toes take over their joint's rotation, but for a constant calibration. Limbs are rebuilt from where their
-joints are, because elbow and knee of ours have one hinge: the bend is the performer's, an ankle is where the performer's
-is, and the twist of thigh or upper arm is such that the next bone lies in the hinge's plane. Everything is scaled by leg
-length and put on the ground, the first frame above the origin and facing x.
+Torso, feet and toes take over their joint's rotation, up to a constant calibration. Limbs are rebuilt from the positions of
+their joints, because the humanoid's elbows and knees have one hinge: the bend is the performer's, an ankle is where the performer's
+is, and the twist of thigh or upper arm is such that the next bone lies in the hinge's plane. Clips are scaled by leg length and put
+on the ground, with the first frame above the origin and facing x.
 """
 
 from dataclasses import dataclass, replace
@@ -13,8 +13,8 @@ import numpy as np
 from datasets.ik.two_bone_ik import bend_normal
 from datasets.motion.clip import BodyMotion, Motion
 from datasets.motion.humanoid import BODIES, BODY_NAMES, FOOT_AND_TOE_BODIES, LEG_LENGTH, SKELETON
-from datasets.motion.kinematics import MAX_LEVEL_DIFFERENCE_M, body_poses, joint_poses, lowest_point_heights
-from datasets.motion.rotation import conjugate, cross, from_axis_angle, heading, multiply, rotate
+from datasets.motion.kinematics import MAX_LEVEL_DIFFERENCE_M, align_quaternion_signs, body_poses, joint_poses, lowest_point_heights
+from datasets.motion.rotation import conjugate, cross, from_axis_angle, from_yaw, heading, multiply, rotate
 from datasets.motion.vectors import rotation_from_axes, unit_vector
 from datasets.retarget.calibration import LIMB_HINGES, PerformerCalibration, WorldPoses, calibrate_performer
 from datasets.retarget.joint_mapping import JointMap
@@ -23,26 +23,26 @@ from datasets.retarget.performer_clip import PerformerClip, leg_length
 # The ground is where feet stand: measured on 48 CMU clips, this quarter of standing soles left them floating 5 mm and
 # sinking 3 mm on average, where the lowest tenth of all frames left them floating 18 mm and sinking 1 mm.
 STANDING_PERCENTILE = 25.0
-MIN_PELVIS_TRAVEL_M = 0.01  # m; a pelvis that stays within was never located: nobody keeps so still
-LOWEST_PERCENTILE = 30.0  # of the lowest point in all frames, where no foot ever stands
-TOE_BEND = np.radians(60.0)  # as far as a toe gives way to the ground
-TOE_RELEASE = 0.2  # m; a toe is let go while its joint rises to there: well clear of the ground, and no whip when a foot lifts off
+LOWEST_PERCENTILE = 30.0  # of the lowest point in all frames, if no foot ever stands
+MIN_PELVIS_TRAVEL_M = 0.01  # m; a pelvis that moves less was not recorded: nobody keeps so still
+TOE_BEND = np.radians(60.0)  # rad, largest bend by which a toe gives way to the ground
+TOE_RELEASE = 0.2  # m, height of the toe's joint over which the bend is released: well clear of the ground, and no whip at lift-off
 
 
 @dataclass(frozen=True)
 class Retargeted:
-    """A clip on the 20 bodies and what leads back to the performer.
+    """Clip on the 20 bodies and the transformation from and to the performer.
 
-    A point p of the performer in metres became ``turn(-yaw) (scale p - origin) + lift``.
+    A point p of the performer [m] became ``from_yaw(-yaw) (scale p - origin) + lift``.
 
     Attributes:
-        motion: The clip on the 20 bodies.
-        performer_clip: The clip on its own skeleton.
+        motion: Clip on the 20 bodies.
+        performer_clip: Clip on its own skeleton.
         calibration: Constant rotations between the two.
-        scale: Our size over the performer's.
-        origin: Of the ground plane, in our size [m], shape (2,).
+        scale: Leg length of the humanoid over the performer's.
+        origin: Horizontal position that became the origin, in the humanoid's size [m], shape (2,).
         yaw: Heading of the first frame [rad].
-        lift: Put onto all heights so that the feet are on the ground, in our size [m].
+        lift: Added to all heights so that the feet are on the ground, in the humanoid's size [m].
     """
 
     motion: BodyMotion
@@ -54,13 +54,13 @@ class Retargeted:
     lift: float
 
     def to_humanoid_world(self, points: np.ndarray) -> np.ndarray:
-        """Return the performer's points (..., 3) [m] where the 20 bodies are."""
+        """Return points of the performer (..., 3) [m] in the world of the 20 bodies."""
         moved = self.scale * points - np.append(self.origin, -self.lift)
-        return rotate(np.broadcast_to(_turn(-self.yaw), (*moved.shape[:-1], 4)), moved)
+        return rotate(np.broadcast_to(from_yaw(np.array(-self.yaw)), (*moved.shape[:-1], 4)), moved)
 
     def to_performer_world(self, moved: np.ndarray) -> np.ndarray:
-        """Return by how much a point of the performer moves (..., 3) [m] when the 20 bodies' moves by ``moved`` (..., 3) [m]."""
-        return rotate(np.broadcast_to(_turn(self.yaw), (*moved.shape[:-1], 4)), moved) / self.scale
+        """Return displacements ``moved`` (..., 3) [m] of the 20 bodies in the performer's world and size."""
+        return rotate(np.broadcast_to(from_yaw(np.array(self.yaw)), (*moved.shape[:-1], 4)), moved) / self.scale
 
 
 def retarget(performer_clip: PerformerClip) -> Retargeted:
@@ -70,7 +70,7 @@ def retarget(performer_clip: PerformerClip) -> Retargeted:
         performer_clip: Clip on its own skeleton.
 
     Returns:
-        The clip at its own frame rate and what leads back.
+        Clip at its own frame rate and the transformation.
     """
     positions, rotations = joint_poses(performer_clip.motion)
     scale = LEG_LENGTH / leg_length(positions, performer_clip.joint_map)
@@ -80,50 +80,48 @@ def retarget(performer_clip: PerformerClip) -> Retargeted:
     )
     root, local = _body_pose(world, calibration)
     yaw, origin = float(heading(local[0, 0])), root[0, :2].copy()
-    root, local = _at_origin(root, local, origin, yaw)
-    rooted = bool(np.ptp(world.positions["pelvis"], axis=0).max() > MIN_PELVIS_TRAVEL_M)
-    motion = BodyMotion(root, local, performer_clip.motion.fps, performer_clip.motion.name, rooted=rooted)
+    root, local = _to_origin(root, local, origin, yaw)
+    motion = BodyMotion(root, local, performer_clip.motion.fps, performer_clip.motion.name, rooted=_has_root_path(world))
     lift = -_ground(motion, calibration.stance_mask)
     motion = _bend_toes(replace(motion, root_position=root + np.array([0.0, 0.0, lift])))
     return Retargeted(motion, performer_clip, calibration, scale, origin, yaw, lift)
 
 
 def retarget_with(retargeted: Retargeted, motion: Motion) -> BodyMotion:
-    """Return another performance on the performer's skeleton through the very calibration, scale, place and ground of the first.
+    """Return another clip of the performer's skeleton on the 20 bodies, by the same calibration, scale, origin and ground.
 
     Args:
-        retargeted: The first.
-        motion: Of the same skeleton, in the same world; any number of frames.
+        retargeted: Retargeted clip whose transformation is used.
+        motion: Clip on the same skeleton, in the same world; any number of frames.
     """
     world = _world(*joint_poses(motion), retargeted.performer_clip.joint_map, retargeted.scale)
-    root, local = _at_origin(*_body_pose(world, retargeted.calibration), retargeted.origin, retargeted.yaw)
+    root, local = _to_origin(*_body_pose(world, retargeted.calibration), retargeted.origin, retargeted.yaw)
     root[:, 2] += retargeted.lift
-    rooted = bool(np.ptp(world.positions["pelvis"], axis=0).max() > MIN_PELVIS_TRAVEL_M)
-    return _bend_toes(replace(retargeted.motion, root_position=root, local_rotations=local, rooted=rooted))
+    return _bend_toes(replace(retargeted.motion, root_position=root, local_rotations=local, rooted=_has_root_path(world)))
 
 
 def _world(positions: np.ndarray, rotations: np.ndarray, joint_map: JointMap, scale: float) -> WorldPoses:
-    """Return the bodies' joints in our size, from all the joints' positions (T, J, 3) [m] and rotations (T, J, 4)."""
+    """Return the poses of the bodies' joints in the humanoid's size, from all joints' positions (T, J, 3) [m] and rotations (T, J, 4)."""
     return WorldPoses(
         {body: scale * positions[:, joint] for body, joint in joint_map.items()},
         {body: rotations[:, joint] for body, joint in joint_map.items()},
     )
 
 
-def _at_origin(root: np.ndarray, local: np.ndarray, origin: np.ndarray, yaw: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the pelvis' positions (T, 3) [m] and the local rotations (T, 20, 4), moved by -origin (2,) [m] and turned by -yaw [rad]."""
-    turn = np.broadcast_to(_turn(-yaw), (len(root), 4))
-    local[:, 0] = multiply(turn, local[:, 0])
-    return rotate(turn, root - np.append(origin, 0.0)), _continuous(local)
+def _to_origin(root: np.ndarray, local: np.ndarray, origin: np.ndarray, yaw: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return root path (T, 3) [m] and local rotations (T, 20, 4) of a clip moved by -origin (2,) [m] and turned by -yaw [rad]."""
+    turn = np.broadcast_to(from_yaw(np.array(-yaw)), (len(root), 4))
+    placed = np.concat([multiply(turn, local[:, 0])[:, None], local[:, 1:]], axis=1)
+    return rotate(turn, root - np.append(origin, 0.0)), align_quaternion_signs(placed)
 
 
-def _turn(yaw: float) -> np.ndarray:
-    """Return the rotation (4,) by ``yaw`` [rad] about the vertical."""
-    return from_axis_angle(np.array([0.0, 0.0, 1.0]), np.array(yaw))
+def _has_root_path(world: WorldPoses) -> bool:
+    """Return whether the recording holds a path of the pelvis: whether that moves at all."""
+    return bool(np.ptp(world.positions["pelvis"], axis=0).max() > MIN_PELVIS_TRAVEL_M)
 
 
 def _foot_tip(performer_clip: PerformerClip, foot: str) -> np.ndarray:
-    """Return the mean of a foot's children and End Sites in its frame [m], shape (3,): a point ahead of the ankle."""
+    """Return the mean of a foot's children and End Sites in its frame, a point ahead of the ankle [m], shape (3,)."""
     joint, skeleton = performer_clip.joint_map[foot], performer_clip.motion.skeleton
     ahead = [skeleton.offsets[child] for child in skeleton.children(joint)]
     if performer_clip.end_offsets[joint].any() or not ahead:
@@ -132,7 +130,7 @@ def _foot_tip(performer_clip: PerformerClip, foot: str) -> np.ndarray:
 
 
 def _ground(motion: BodyMotion, stands: np.ndarray) -> float:
-    """Return the height [m] of the ground under a clip whose left and right foot stand in the frames ``stands`` (T, 2)."""
+    """Return the height [m] of the ground under a clip; ``stands`` (T, 2) tells whether the left and the right foot stand."""
     lowest = lowest_point_heights(*body_poses(motion))
     soles = lowest[:, [foot for foot, _ in FOOT_AND_TOE_BODIES]][stands]
     if not len(soles):
@@ -141,7 +139,7 @@ def _ground(motion: BodyMotion, stands: np.ndarray) -> float:
 
 
 def _bend_toes(motion: BodyMotion) -> BodyMotion:
-    """Return the clip with toes bent up where they would stab into the ground, as flesh does."""
+    """Return the clip with toes bent up where they would penetrate the ground, as flesh gives way."""
     positions, rotations = body_poses(motion)
     local = motion.local_rotations.copy()
     for _, toe in FOOT_AND_TOE_BODIES:
@@ -154,17 +152,10 @@ def _bend_toes(motion: BodyMotion) -> BodyMotion:
     return replace(motion, local_rotations=local)
 
 
-def _continuous(rotations: np.ndarray) -> np.ndarray:
-    """Return the same rotations (T, ..., 4) with signs such that neighbours in time are near each other."""
-    flips = np.sum(rotations[1:] * rotations[:-1], axis=-1, keepdims=True) < 0
-    signs = np.cumprod(np.where(flips, -1.0, 1.0), axis=0)
-    return np.concat([rotations[:1], rotations[1:] * signs])
-
-
 def _body_pose(world: WorldPoses, calibration: PerformerCalibration) -> tuple[np.ndarray, np.ndarray]:
-    """Return the pelvis' positions (T, 3) [m] and the local rotations (T, 20, 4)."""
+    """Return the root path (T, 3) [m] and the local rotations (T, 20, 4), in the performer's world."""
     frames = len(world.positions["pelvis"])
-    turned: dict[str, np.ndarray] = {}  # rotations in the world
+    turned: dict[str, np.ndarray] = {}  # body -> rotations in the world
     for body in BODIES:
         if body.name in calibration.frames:
             turned[body.name] = multiply(world.rotations[body.name], np.broadcast_to(calibration.frames[body.name], (frames, 4)))
@@ -189,13 +180,14 @@ def _body_pose(world: WorldPoses, calibration: PerformerCalibration) -> tuple[np
 
 
 def _limb(limb: str, world: WorldPoses, axis: np.ndarray, hip: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rotations in the world of a thigh or upper arm (T, 4), and the bend of knee or elbow (T, 4).
+    """Return the rotations in the world of a thigh or upper arm (T, 4), and the local rotations of knee or elbow (T, 4).
 
     Args:
-        limb: Name of the upper body.
-        world: The performer.
-        axis: About which it bends, in its joint's frame, shape (3,).
-        hip: Where our limb begins, if it shall end where the performer's ends [m], shape (T, 3); else it only points there.
+        limb: Name of the limb's upper body.
+        world: Poses of the performer's joints.
+        axis: Calibrated bend axis in the joint's frame, shape (3,).
+        hip: Beginning of the humanoid's limb [m], shape (T, 3), if it is to end where the performer's ends; else the limb only
+            points there.
     """
     middle, end, rest_axis = LIMB_HINGES[limb]
     upper = unit_vector(world.positions[middle] - world.positions[limb])
@@ -205,7 +197,7 @@ def _limb(limb: str, world: WorldPoses, axis: np.ndarray, hip: np.ndarray | None
     along = unit_vector(span)
     normal = bend_normal(upper, lower, rotate(world.rotations[limb], np.broadcast_to(axis, upper.shape)), along)
     bend = np.arctan2(np.sum(cross(upper, lower) * normal, axis=-1), np.sum(upper * lower, axis=-1))
-    ahead = np.arctan2(bones[1] * np.sin(bend), bones[0] + bones[1] * np.cos(bend))  # of the span from the upper bone
+    ahead = np.arctan2(bones[1] * np.sin(bend), bones[0] + bones[1] * np.cos(bend))  # angle from the upper bone to the span
     bone = rotate(from_axis_angle(normal, -ahead), along)
     if limb.startswith("thigh"):
         rotation = rotation_from_axes(cross(normal, -bone), normal, -bone)

@@ -1,4 +1,4 @@
-"""How faithful a retargeted clip is: joint position errors, where the feet are, and how near its hinges come to gimbal lock."""
+"""Measures of a retargeted clip: joint position errors, height of the feet, jumps, and closeness of hinges to gimbal lock."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from datasets.motion.rotation import conjugate, rotate
 from datasets.motion.skeleton import forward_kinematics
 from datasets.retarget.retarget import Retargeted
 
-NEAR_GIMBAL_LOCK_RAD = np.radians(75.0)  # of a middle hinge; at 90 degrees the outer two turn about one axis
+NEAR_GIMBAL_LOCK_RAD = np.radians(75.0)  # rad, of a middle hinge; at 90 degrees the outer two turn about one axis
 
 
 @dataclass(frozen=True)
@@ -21,10 +21,10 @@ class RetargetMetrics:
     Attributes:
         error_local: Mean distance of each body's origin to the performer's scaled joint, middle of the hips and heading
             aligned [m], NaN for bodies without a joint, shape (20,). Fixed proportions are part of it.
-        error_moving: The same without each joint's mean displacement, seen from the pelvis: what is not proportions [m], (20,).
+        error_moving: The same without each joint's mean displacement in the pelvis' frame: what is not proportions [m], shape (20,).
         error_world: The same as ``error_local`` against the file's own ground [m], shape (20,).
         lowest_foot: Height of the lowest point of both feet in each frame [m], shape (T,).
-        jumps: Frames from which a joint jumps: its acceleration relative to the pelvis is beyond what muscles do.
+        jumps: Number of frames in which a body accelerates relative to the pelvis as no human body can.
         near_lock: Share of the frames in which the middle hinge of each body is beyond 75 degrees, shape (20,).
     """
 
@@ -37,7 +37,7 @@ class RetargetMetrics:
 
 
 def performer_points(retargeted: Retargeted) -> dict[str, np.ndarray]:
-    """Return the performer's joints by body name, scaled and placed where the 20 bodies are [m], shape (T, 3) each."""
+    """Return the performer's joints by body name in the world of the 20 bodies [m], shape (T, 3) each."""
     motion = retargeted.performer_clip.motion
     positions, _ = forward_kinematics(motion.skeleton.parents, motion.local_positions, motion.local_rotations)
     return {body: retargeted.to_humanoid_world(positions[:, joint]) for body, joint in retargeted.performer_clip.joint_map.items()}

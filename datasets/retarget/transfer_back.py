@@ -1,7 +1,7 @@
-"""The way back from the 20 bodies: what changed on them is changed on the performer's own skeleton, and written into its BVH.
+"""Transfer back from the 20 bodies: changes on them become changes of the performer's own skeleton, written into its BVH.
 
-Only changes are carried over. A clip that was not changed comes back as it was, with everything that the 20 bodies do not know:
-fingers, wrists, a twisted forearm, a spine of many joints.
+Only changes are carried over. A clip that was not changed comes back as it was, with everything that the 20 bodies lack: fingers,
+wrists, a twisted forearm, a spine of many joints.
 """
 
 from dataclasses import replace
@@ -12,24 +12,24 @@ from datasets.formats.bvh import Bvh, channel_values, local_pose
 from datasets.motion.clip import BodyMotion, Motion
 from datasets.motion.humanoid import BODY_NAMES
 from datasets.motion.kinematics import body_poses, joint_poses
-from datasets.motion.rotation import conjugate, from_axis_angle, multiply, rotate, rotation_angle
+from datasets.motion.rotation import conjugate, from_yaw, multiply, rotate, rotation_angle
 from datasets.retarget.performer_clip import AXES_BY_UP_AXIS, PerformerClip
 from datasets.retarget.pose_edits import set_world_rotations, solve_leg_ik, translate_hips
 from datasets.retarget.retarget import Retargeted
 
-DECIMALS = 6  # of written numbers [degrees, file unit]
-SAME_ANGLE_RAD, SAME_POSITION_M = 1e-6, 1e-7  # rad and m, within which channels keep the numbers that they had
+DECIMALS = 6  # decimals of written numbers [degrees, file unit]
+SAME_ANGLE_RAD, SAME_POSITION_M = 1e-6, 1e-7  # rad and m, up to which a change leaves the channels' numbers as they were
 
 
 def transfer_back(retargeted: Retargeted, after: BodyMotion) -> Motion:
-    """Return on the performer's own skeleton what became of the retargeted clip.
+    """Return the changed clip on the performer's own skeleton.
 
-    Each joint that plays a body turns in the world as its body did; the others keep their pose relative to their parents. The
-    middle of the hips and the ankles move as they did on the 20 bodies, in the performer's size; the legs see to that.
+    Each joint of a body rotates in the world as its body did; the others keep their rotations relative to their parents. The middle
+    of the hips and the ankles move as they did on the 20 bodies, in the performer's size, by leg IK.
 
     Args:
-        retargeted: The clip as it was; what ``after`` has another root than it, from a root model too, counts as a change.
-        after: The same frames at the same rate. It is moved over the ground so that it begins where the clip did.
+        retargeted: Clip before the change; another root path in ``after``, also from a root model, counts as a change.
+        after: Changed clip, of the same frames and rate. It is moved over the ground so that it begins where ``retargeted`` does.
 
     Raises:
         InputError: If the file has no position channels for its root.
@@ -41,7 +41,7 @@ def transfer_back(retargeted: Retargeted, after: BodyMotion) -> Motion:
     shift = (after.root_position[0] - before.root_position[0]) * (1.0, 1.0, 0.0)
     (new_places, new_turns), (places, turns) = body_poses(after), body_poses(before)
     moved = retargeted.to_performer_world(new_places - places - shift)
-    back = np.broadcast_to(from_axis_angle(np.array([0.0, 0.0, 1.0]), np.array(retargeted.yaw)), turns.shape)
+    back = np.broadcast_to(from_yaw(np.array(retargeted.yaw)), turns.shape)
     changes = multiply(multiply(back, multiply(new_turns, conjugate(turns))), conjugate(back))
 
     def of(what: np.ndarray, body: str) -> np.ndarray:
@@ -57,14 +57,14 @@ def transfer_back(retargeted: Retargeted, after: BodyMotion) -> Motion:
 
 
 def to_performer_bvh(bvh: Bvh, performer_clip: PerformerClip, motion: Motion) -> Bvh:
-    """Return another performance as the file that the first was read from: everything but its numbers stays.
+    """Return the recorded file with the channel values of a changed clip; hierarchy and channels stay.
 
-    Places and turns that did not change keep their very numbers, and so do leading frames that belong to no motion.
+    Positions and rotations that did not change keep their very numbers, and so do dropped leading frames.
 
     Args:
-        bvh: The file.
-        performer_clip: What was read from it.
-        motion: Same skeleton, same frames.
+        bvh: Recorded file.
+        performer_clip: Clip read from it.
+        motion: Changed clip of the same skeleton and frames.
 
     Raises:
         ValueError: If frames or joints differ.
@@ -79,7 +79,7 @@ def to_performer_bvh(bvh: Bvh, performer_clip: PerformerClip, motion: Motion) ->
     rotations[performer_clip.dropped_frames :, :, [0, *(1 + axis for axis in axes)]] = motion.local_rotations
     values = np.round(channel_values(bvh, positions, rotations), DECIMALS)
     changed = np.zeros(values.shape, dtype=bool)
-    joints = np.repeat(np.arange(len(bvh.names)), [len(channels) for channels in bvh.channels])  # that each column belongs to
+    joints = np.repeat(np.arange(len(bvh.names)), [len(channels) for channels in bvh.channels])  # joint of each column
     places = np.array([channel.endswith("position") for channels in bvh.channels for channel in channels])
     moved = np.abs(motion.local_positions - performer_clip.motion.local_positions).max(axis=-1) > SAME_POSITION_M
     turned = rotation_angle(multiply(conjugate(performer_clip.motion.local_rotations), motion.local_rotations)) > SAME_ANGLE_RAD
@@ -88,11 +88,11 @@ def to_performer_bvh(bvh: Bvh, performer_clip: PerformerClip, motion: Motion) ->
 
 
 def from_performer_bvh(bvh: Bvh, performer_clip: PerformerClip) -> Motion:
-    """Return what a file that ``to_bvh`` made says, as ``performer_clip`` read the first: exactly what its channels could hold.
+    """Return the clip in a file made by ``to_performer_bvh``: exactly what its channels could hold.
 
     Args:
-        bvh: The file.
-        performer_clip: What was read from the first.
+        bvh: File made by ``to_performer_bvh``.
+        performer_clip: Clip read from the recorded file.
     """
     axes, (positions, rotations) = AXES_BY_UP_AXIS[performer_clip.up_axis], local_pose(bvh)
     return replace(

@@ -1,26 +1,26 @@
-"""Footsteps: where and when feet are planted, and how they roll, swing and bear weight between plants."""
+"""Footsteps of synthetic motion: plants of the feet, and rolling, swing and load between them."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from datasets.motion.curves import interpolate_keyframes, reach_profile, smoother_step
-from datasets.motion.humanoid import ANKLE_HEIGHT, BODIES, BODY_NAMES
+from datasets.motion.humanoid import ANKLE_HEIGHT, BODIES, BODY_NAMES, HEEL_OFFSET
 
-HEEL = float(BODIES[BODY_NAMES.index("foot_l")].shape.points[0][0])  # m, of the sole's rear edge before the ankle (negative)
+HEEL = HEEL_OFFSET[0]  # m, of the sole's rear edge before the ankle (negative)
 TOE_JOINT = BODIES[BODY_NAMES.index("toe_l")].offset  # m, from the ankle
-MIDFOOT = 0.045  # m before the ankle, where the pressure is in quiet standing
-WEIGHT_SHIFT_S = 0.5  # s to shift the weight from both feet to one, and back
+MIDFOOT = 0.045  # m, before the ankle, place of the centre of pressure in quiet standing
+WEIGHT_SHIFT_S = 0.5  # s, of shifting the weight from both feet to one, and back
 
 
 @dataclass(frozen=True)
 class Plant:
-    """A foot flat on the ground: the ground point under its ankle.
+    """Plant of a foot flat on the ground: the ground point under its ankle.
 
     Attributes:
-        x: [m].
-        y: [m].
-        yaw: [rad].
+        x: First horizontal coordinate [m].
+        y: Second horizontal coordinate [m].
+        yaw: Yaw of the foot [rad].
         z: Height of the ground there [m].
     """
 
@@ -32,19 +32,19 @@ class Plant:
 
 @dataclass(frozen=True)
 class Footstep:
-    """One foot leaves the ground and lands elsewhere.
+    """Step of one foot from its lift-off to its landing.
 
     Attributes:
         side: 0 left, 1 right.
-        lift: When it leaves the ground [s].
-        land: When it lands [s].
-        plant: Where it lands.
-        roll_off: How far the heel has come up when the foot is at its steepest [rad].
+        lift: Time of lift-off [s].
+        land: Time of landing [s].
+        plant: Plant after landing.
+        roll_off: Largest pitch of the sole after lift-off, heel up [rad].
         roll_on: Pitch of the sole at landing [rad]: negative lands on the heel, positive on the ball.
-        clearance: How high it is carried above the straight way [m].
+        clearance: Height of the foot above the straight way [m].
         kick: Share of the swing at which the sole is steepest.
-        rise: Share of the swing that it takes to carry the foot up.
-        fall: Share of the swing that it takes to put it down.
+        rise: Share of the swing in which the foot goes up.
+        fall: Share of the swing in which it comes down.
     """
 
     side: int
@@ -61,15 +61,15 @@ class Footstep:
 
 @dataclass(frozen=True)
 class FeetTrack:
-    """Both feet at every frame; index 0 left, 1 right.
+    """Motion of both feet; index 0 left, 1 right.
 
     Attributes:
-        ankle: Positions [m], shape (T, 2, 3).
-        yaw: Of the sole [rad], shape (T, 2).
-        pitch: Of the sole, positive heel up [rad], shape (T, 2).
+        ankle: Positions of the ankles [m], shape (T, 2, 3).
+        yaw: Yaw of the soles [rad], shape (T, 2).
+        pitch: Pitch of the soles, positive heel up [rad], shape (T, 2).
         toe_bend: Pitch of the toes relative to the sole [rad], shape (T, 2).
-        planted: Whether the foot bears on the ground, shape (T, 2).
-        pressure: Point on the ground that carries the weight [m], shape (T, 3).
+        planted: Whether the foot is on the ground, shape (T, 2).
+        pressure: Centre of pressure on the ground [m], shape (T, 3).
     """
 
     ankle: np.ndarray
@@ -81,27 +81,27 @@ class FeetTrack:
 
 
 def _over_toe(pitch: np.ndarray) -> np.ndarray:
-    """Return (T, 3): the ankle from its ground point when the sole has turned by ``pitch`` about the toe joint."""
+    """Return the ankle relative to its ground point [m], shape (T, 3), with the sole turned by ``pitch`` [rad] about the toe joint."""
     back, up = -TOE_JOINT[0], -TOE_JOINT[2]
     x = TOE_JOINT[0] + back * np.cos(pitch) + up * np.sin(pitch)
     return np.stack([x, 0.0 * x, ANKLE_HEIGHT - up - back * np.sin(pitch) + up * np.cos(pitch)], axis=-1)
 
 
 def _over_heel(pitch: np.ndarray) -> np.ndarray:
-    """Return (T, 3): the ankle from its ground point when the sole has turned by ``pitch`` about the rear edge."""
+    """Return the ankle relative to its ground point [m], shape (T, 3), with the sole turned by ``pitch`` [rad] about the rear edge."""
     x = HEEL - HEEL * np.cos(pitch) + ANKLE_HEIGHT * np.sin(pitch)
     return np.stack([x, 0.0 * x, HEEL * np.sin(pitch) + ANKLE_HEIGHT * np.cos(pitch)], axis=-1)
 
 
 def _placed(plant: Plant, yaw: np.ndarray | float, offset: np.ndarray) -> np.ndarray:
-    """Return world points (T, 3) of ``offset`` (T, 3) in the frame of a plant turned to ``yaw``."""
+    """Return the points (T, 3) [m] in the world of ``offset`` (T, 3) [m] in the frame of a plant turned to ``yaw`` [rad]."""
     c, s = np.cos(yaw), np.sin(yaw)
     x, y, z = offset[..., 0], offset[..., 1], offset[..., 2]
     return np.stack([plant.x + c * x - s * y, plant.y + s * x + c * y, plant.z + z], axis=-1)
 
 
 def _pitch(t: np.ndarray, steps: list[Footstep]) -> np.ndarray:
-    """Return the sole's pitch (T,): on at landing, flat, heel off, steepest, on again."""
+    """Return the sole's pitch (T,) [rad]: that of landing, flat, heel up, steepest, that of the next landing."""
     times, values, landed = [min(0.0, steps[0].lift) - 10.0], [0.0], -np.inf
     for step in steps:
         stance = step.lift - landed
@@ -115,14 +115,14 @@ def _pitch(t: np.ndarray, steps: list[Footstep]) -> np.ndarray:
 
 
 def _swing(t: np.ndarray, step: Footstep, start: Plant, pitch: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return ankle (T, 3), yaw (T,) and toe bend (T,) of one swing, leaving and meeting the ground at rest."""
+    """Return ankle (T, 3) [m], yaw (T,) and toe bend (T,) [rad] of one swing, leaving and meeting the ground at rest."""
     s = (t - step.lift) / (step.land - step.lift)
     over = reach_profile((s - 0.02) / 0.98, 0.4, 0.3)
     yaw = start.yaw + over * (step.plant.yaw - start.yaw)
     on_toe, on_heel = _over_toe(pitch), _over_heel(pitch) if step.roll_on <= 0 else _over_toe(pitch)
     leave = _placed(start, start.yaw, on_toe)
     ankle = leave + over[:, None] * (_placed(step.plant, step.plant.yaw, on_heel) - leave)
-    ankle[:, 2] += (smoother_step((s - step.kick - 0.25) / 0.45) - over) * (on_heel - on_toe)[:, 2]  # change over while the sole is level
+    ankle[:, 2] += (smoother_step((s - step.kick - 0.25) / 0.45) - over) * (on_heel - on_toe)[:, 2]  # changes over while the sole is level
     ankle += _bend_of_way(over, start, step.plant)
     climb = step.plant.z - start.z
     climbed = smoother_step(s / 0.6) if climb > 0 else smoother_step((s - 0.4) / 0.6) if climb < 0 else over
@@ -133,13 +133,13 @@ def _swing(t: np.ndarray, step: Footstep, start: Plant, pitch: np.ndarray) -> tu
 
 
 def _bend_of_way(over: np.ndarray, start: Plant, end: Plant) -> np.ndarray:
-    """Return (T, 3): how far the arc that turns from one plant to the next is from its chord, so that feet pass each other."""
+    """Return the displacement (T, 3) [m] of the arc from one plant to the next from its chord, so that feet pass each other."""
     way, turn = np.array([end.x - start.x, end.y - start.y, 0.0]), end.yaw - start.yaw
     return (0.5 * turn * over * (1.0 - over))[:, None] * np.array([way[1], -way[0], 0.0])
 
 
 def _one_foot(t: np.ndarray, start: Plant, steps: list[Footstep]) -> tuple[np.ndarray, ...]:
-    """Return ankle (T, 3), yaw, pitch, toe bend, planted (T,) and the pressure point (T, 3) of one foot."""
+    """Return ankle (T, 3), yaw, pitch, toe bend and planted (T,), and centre of pressure (T, 3) of one foot."""
     pitch = _pitch(t, steps) if steps else np.zeros_like(t)
     ankle, yaw, bend = np.empty((len(t), 3)), np.empty_like(t), np.empty_like(t)
     planted, pressure = np.zeros(len(t), dtype=bool), np.empty((len(t), 3))
@@ -160,7 +160,7 @@ def _one_foot(t: np.ndarray, start: Plant, steps: list[Footstep]) -> tuple[np.nd
 
 
 def _rolling_pressure(t: np.ndarray, landed: float, lifted: float, steps: list[Footstep]) -> np.ndarray:
-    """Return (T, 3): the pressure point in the frame of a plant, from heel to ball while the foot rolls."""
+    """Return the centre of pressure (T, 3) [m] in the frame of a plant, from heel to ball while the foot rolls."""
     on = next((step.roll_on for step in steps if step.land == landed), 0.0)
     off = next((step.roll_off for step in steps if step.lift == lifted), 0.0)
     start, stop = max(landed, t[0]), min(lifted, t[-1])
@@ -170,7 +170,7 @@ def _rolling_pressure(t: np.ndarray, landed: float, lifted: float, steps: list[F
 
 
 def _load_of_left(t: np.ndarray, steps: list[Footstep], sway: np.ndarray) -> np.ndarray:
-    """Return the share of the weight on the left foot (T,): from foot to foot, ``sway`` around half when standing."""
+    """Return the share of the weight on the left foot (T,): changing with the steps, ``sway`` (T,) around half when standing."""
     if not steps:
         return 0.5 + sway
     first, last = steps[0], steps[-1]
@@ -185,13 +185,13 @@ def _load_of_left(t: np.ndarray, steps: list[Footstep], sway: np.ndarray) -> np.
 
 
 def feet_track(t: np.ndarray, starts: tuple[Plant, Plant], steps: list[Footstep], sway: np.ndarray) -> FeetTrack:
-    """Return the motion of both feet and of the pressure under them.
+    """Return the motion of both feet and of the centre of pressure.
 
     Args:
         t: Times of the frames [s], shape (T,).
-        starts: Where the left and the right foot stand at first.
-        steps: In order of landing.
-        sway: How much more than half of the weight is on the left foot while standing, shape (T,).
+        starts: First plants of the left and the right foot.
+        steps: Steps in order of landing.
+        sway: Share of the weight on the left foot above one half while standing, shape (T,).
 
     Returns:
         Feet that never slip: rolling over heel and toe joint while planted, with continuous velocity in between.

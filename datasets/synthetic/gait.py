@@ -1,4 +1,4 @@
-"""Gait: from the path of a body to the footsteps that carry it, with the rates and lengths of human steps."""
+"""Gait of synthetic motion: footsteps along the path of a body, with the rates and lengths of human steps."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -6,13 +6,13 @@ from itertools import pairwise
 import numpy as np
 
 from datasets.motion.curves import smooth_gaussian, smoother_step
-from datasets.synthetic.balance import GRAVITY_M_S2
+from datasets.motion.humanoid import GRAVITY_M_S2
 from datasets.synthetic.footsteps import MIDFOOT, Footstep, Plant
 from datasets.synthetic.movement_style import MovementStyle
 
-# Against speed [m/s]: steps per second, and the share of a step in which both feet are on the ground, negative where none
+# Speeds [m/s] and, at these, steps per second or the share of a step in which both feet are on the ground, negative where none
 # is. Walking is rounded after Grieve and Gear (1966) and Murray (1967), running after Nilsson and Thorstensson (1989); the
-# slow ends, where people set off and stop, are chosen so that no step is longer than a leg allows.
+# slow ends, where people set off and stop, are chosen so that no step is longer than legs allow.
 WALK_RATE = ((0.4, 0.7, 1.0, 1.4, 1.8), (1.55, 1.62, 1.80, 2.10, 2.30))
 WALK_OVERLAP = ((0.0, 0.7, 1.3, 1.8), (0.36, 0.32, 0.24, 0.17))
 RUN_RATE = ((0.3, 1.0, 1.6, 2.2, 3.0, 4.0), (1.80, 2.40, 2.65, 2.75, 2.85, 3.00))
@@ -21,16 +21,16 @@ RUN_OVERLAP = ((0.0, 0.6, 1.0, 1.6, 2.6, 3.5), (0.36, 0.15, -0.05, -0.20, -0.28,
 
 @dataclass(frozen=True)
 class GaitPath:
-    """Where a body is to go over the T frames.
+    """Path of a body over T frames.
 
     Attributes:
         t: Times [s], shape (T,).
-        position: On the ground [m], shape (T, 2).
-        heading: [rad], shape (T,).
-        speed: [m/s], shape (T,).
-        begin: When it leaves [s].
-        end: When it has arrived [s].
-        run: Whether it runs when it is fast enough.
+        position: Positions on the ground [m], shape (T, 2).
+        heading: Headings [rad], shape (T,).
+        speed: Speeds [m/s], shape (T,).
+        begin: Time of departure [s].
+        end: Time of arrival [s].
+        run: Whether the body runs when it is fast enough.
     """
 
     t: np.ndarray
@@ -42,12 +42,12 @@ class GaitPath:
     run: bool
 
     def running(self, times: np.ndarray) -> np.ndarray:
-        """Return how much of a run the gait is at ``times``, 0 to 1."""
+        """Return the share of running in the gait at ``times`` [s], 0 to 1."""
         return self.run * smoother_step((np.interp(times, self.t, self.speed) - 0.8) / 0.9)
 
 
 def path_along(t: np.ndarray, speed: np.ndarray, turning: np.ndarray, begin: float, end: float, run: bool = False) -> GaitPath:
-    """Return the path from the origin along x of a body with the given speed [m/s] and rate of turning [rad/s], both (T,)."""
+    """Return the path of a body from the origin along x at a speed [m/s] and a turning rate [rad/s], both (T,)."""
     step = np.diff(t, prepend=t[0])
     heading = np.cumsum(turning * step)
     velocity = speed[:, None] * np.stack([np.cos(heading), np.sin(heading)], axis=1)
@@ -55,21 +55,21 @@ def path_along(t: np.ndarray, speed: np.ndarray, turning: np.ndarray, begin: flo
 
 
 def plan_steps(path: GaitPath, style: MovementStyle, first_side: int) -> tuple[tuple[Plant, Plant], list[Footstep]]:
-    """Return where the feet start and the steps that keep them under the body.
+    """Return the first plants of both feet and the steps that keep them under the body.
 
     A foot is planted where the body will be in the middle of its stance. Steps come as often as people's do at that
     speed, stretched a little so that the last one lands when the path ends; it closes the stance.
 
     Args:
-        path: Where to go.
-        style: Who goes.
-        first_side: The foot that lifts first, 0 left, 1 right.
+        path: Path of the body.
+        style: Movement style of the performer.
+        first_side: Foot that lifts first, 0 left, 1 right.
     """
     landings = _landing_times(path, style)
     count = len(landings) - 1
     overlap = np.interp(_at(path, path.speed, landings[:-1]), *(RUN_OVERLAP if path.run else WALK_OVERLAP))
-    lifts = np.append(landings[:-1] + overlap * np.diff(landings), [landings[-1]] * 2)  # of step 1, 2, ..
-    middles = np.append(0.5 * (landings[1:-2] + lifts[2:count]), [path.end, path.end])  # of the stance after step 1, 2, ..
+    lifts = np.append(landings[:-1] + overlap * np.diff(landings), [landings[-1]] * 2)  # times of lift-off of step 1, 2, ..
+    middles = np.append(0.5 * (landings[1:-2] + lifts[2:count]), [path.end, path.end])  # middles of the stances after step 1, 2, ..
     turns = np.gradient(_at(path, path.heading, landings))[1:]
     widths = style.stance_width + (style.step_width - style.stance_width) * smoother_step(_at(path, path.speed, middles) / 0.8)
     widths[-2:] = style.stance_width
@@ -89,7 +89,7 @@ def _at(path: GaitPath, values: np.ndarray, times: np.ndarray) -> np.ndarray:
 
 
 def _landing_times(path: GaitPath, style: MovementStyle) -> np.ndarray:
-    """Return the start and the landings (steps + 1,) [s]."""
+    """Return the times of departure and of the landings (steps + 1,) [s]."""
     moving = (path.t >= path.begin) & (path.t <= path.end)
     times = path.t[moving]
     rate = np.interp(path.speed[moving], *(RUN_RATE if path.run else WALK_RATE)) * style.cadence
@@ -99,19 +99,19 @@ def _landing_times(path: GaitPath, style: MovementStyle) -> np.ndarray:
 
 
 def _plant(path: GaitPath, time: float, side: int, width: float, toe_out: float) -> Plant:
-    """Return the plant beside the body's place at ``time``, the body's weight over its midfoot."""
+    """Return the plant beside the body's position at ``time`` [s], with the body's weight over the midfoot."""
     outward = 1.0 if side == 0 else -1.0
     heading = float(_at(path, path.heading, np.array(time)))
     c, s = np.cos(heading), np.sin(heading)
     x, y = (float(np.interp(time, path.t, path.position[:, axis])) for axis in (0, 1))
     aside = outward * 0.5 * width
     walking = smoother_step(_at(path, path.speed, np.array(time)) / 1.2)
-    behind = MIDFOOT + 0.03 * float(walking + path.running(np.array(time)))  # where the pressure is on average
+    behind = MIDFOOT + 0.03 * float(walking + path.running(np.array(time)))  # of the mean centre of pressure
     return Plant(x - c * behind - s * aside, y - s * behind + c * aside, heading + outward * toe_out)
 
 
 def _step(side: int, lift: float, land: float, plant: Plant, stride: float, run: float) -> Footstep:
-    """Return a step with the roll and swing that people have at that stride [m]."""
+    """Return a step with the roll and swing that people have at a stride [m], ``run`` being the share of running."""
     walk_off, walk_on = np.interp(stride, (0.0, 0.3, 1.4), (16.0, 26.0, 64.0)), np.interp(stride, (0.2, 0.5, 1.3), (0.0, -6.0, -22.0))
     return Footstep(
         side=side,
@@ -128,9 +128,9 @@ def _step(side: int, lift: float, land: float, plant: Plant, stride: float, run:
 
 
 def bounce(t: np.ndarray, steps: list[Footstep]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the height of a running body over that at touchdown [m] (T,), and where it counts, 0 to 1 (T,).
+    """Return the height (T,) [m] of a running body relative to touchdown, and its weight (T,), 0 to 1.
 
-    In flight it falls freely; in stance a half-sine force carries it, of just the impulse that the weight has over the step.
+    In flight the body falls freely; in stance a half-sine force carries it, with the impulse of the weight over the step.
     """
     height, counts = np.zeros_like(t), np.zeros_like(t)
     for now, following in pairwise(steps):
@@ -148,5 +148,5 @@ def bounce(t: np.ndarray, steps: list[Footstep]) -> tuple[np.ndarray, np.ndarray
 
 
 def _lift_after(steps: list[Footstep], landed: Footstep) -> float:
-    """Return when the foot that landed in ``landed`` lifts again [s], infinite for the last."""
+    """Return the time [s] at which the foot that landed in ``landed`` lifts again, infinite for the last step."""
     return next((s.lift for s in steps if s.side == landed.side and s.lift > landed.land), np.inf)

@@ -1,4 +1,4 @@
-"""Made-up performers: the parameters that make one person's movements differ from another's."""
+"""Movement styles of synthetic performers: parameters in which people's movements differ."""
 
 from dataclasses import dataclass
 
@@ -7,20 +7,20 @@ import numpy as np
 
 @dataclass(frozen=True)
 class MovementStyle:
-    """How one person moves.
+    """Movement style of one performer.
 
     Attributes:
-        name: Who it is.
-        cadence: Steps in a given time relative to the average person at the same speed.
-        pace: Walking speed relative to the average person.
-        step_width: Between the ankles while walking [m].
-        stance_width: Between the ankles while standing [m].
+        name: Name of the performer.
+        cadence: Step rate relative to the average person's at the same speed.
+        pace: Walking speed relative to the average person's.
+        step_width: Distance between the ankles while walking, across the path [m].
+        stance_width: Distance between the ankles while standing [m].
         toe_out: Yaw of each foot outward [rad].
         arm_swing: Flexion and extension of the shoulder at a stride of 1.4 m [rad].
         elbow: Flexion of the hanging arm's elbow [rad].
-        abduction: Of the hanging upper arm from the vertical [rad].
-        lean: Of the trunk, forward [rad].
-        slump: Of the chest over the spine [rad].
+        abduction: Abduction of the hanging upper arm from the vertical [rad].
+        lean: Forward lean of the trunk [rad].
+        slump: Forward bend of the chest over the spine [rad].
         twist: Yaw of the pelvis at a stride of 1.4 m [rad].
         crouch: Share of the leg's length that is never used; without it knees would lock.
         left_handed: Whether the left arm gestures first.
@@ -43,7 +43,7 @@ class MovementStyle:
 
 
 def draw_movement_style(name: str, rng: np.random.Generator) -> MovementStyle:
-    """Return a person drawn at random; the spread is about that of adults."""
+    """Return a random style named ``name``; the spread is about that of adults."""
     degrees = np.deg2rad
     return MovementStyle(
         name=name,

@@ -1,19 +1,18 @@
-"""Trunk, arms and head of synthetic motion: swinging with the gait, gesturing, balancing a bend of the knees."""
+"""Trunk, arms and head of synthetic motion: postures of walking, standing with gestures, and bending the knees."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from datasets.motion.curves import interpolate_keyframes, smooth_gaussian, smooth_noise, smoother_step
-from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES, LEG_LENGTH
-from datasets.synthetic.balance import GRAVITY_M_S2
+from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES, GRAVITY_M_S2, LEG_LENGTH
 from datasets.synthetic.footsteps import FeetTrack
 from datasets.synthetic.gait import GaitPath
 from datasets.synthetic.movement_style import MovementStyle
 from datasets.synthetic.whole_body import PostureTrack
 
-STRIDE = 0.7  # m, between the ankles at a stride of 1.4 m, to which a style's amplitudes belong
+STRIDE = 0.7  # m, between the ankles at a stride of 1.4 m, for which a style's amplitudes are given
 
-# Arms [rad]: elevation from hanging to the side, swing forward, inward turn about the arm's own axis, flexion of the elbow.
+# Poses of an arm [rad]: elevation from hanging to the side, swing forward, inward turn about the arm's own axis, flexion of the elbow.
 GESTURES = {
     name: np.deg2rad(angles)
     for name, angles in {
@@ -26,15 +25,15 @@ GESTURES = {
     }.items()
 }
 BOTH_ARMS = ("explain", "spread")
-BEAT = {"wave": np.deg2rad((0.0, 0.0, 22.0, 14.0)), "explain": np.deg2rad((0.0, 5.0, 10.0, 15.0))}  # at BEAT_RATE on top
+BEAT = {"wave": np.deg2rad((0.0, 0.0, 22.0, 14.0)), "explain": np.deg2rad((0.0, 5.0, 10.0, 15.0))}  # rad, amplitudes on top, at BEAT_RATE
 BEAT_RATE = 1.6  # Hz
 
 
 def walking_posture(path: GaitPath, feet: FeetTrack, style: MovementStyle, rng: np.random.Generator) -> PostureTrack:
-    """Return the carriage of walking and running, driven by how far each foot is ahead of the other.
+    """Return the posture of walking and running, driven by how far each foot is ahead of the other.
 
-    The pelvis turns with the leading leg and drops on the swinging side, the chest turns against it, arms swing against
-    the legs, and the head looks where the path goes.
+    The pelvis turns with the leading leg and drops on the swinging side, the chest turns against it, arms swing against the legs,
+    and the head faces along the path.
     """
     t, noise = path.t, smooth_noise(path.t, rng, 6, 1.5)
     forward = np.stack([np.cos(path.heading), np.sin(path.heading)], axis=1)
@@ -50,11 +49,11 @@ def walking_posture(path: GaitPath, feet: FeetTrack, style: MovementStyle, rng: 
     coming = np.interp(t + 0.35, t, path.heading)
     head = np.stack([coming + 0.06 * noise[:, 4], np.deg2rad(4.0) + 0.03 * noise[:, 5], 0.0 * t], axis=1)
     upper = _upper(_swinging(t, ahead, run, noise, style), np.stack([2.0 * yaw, lean - pitch, -0.9 * roll], axis=1), style.slump)
-    return _carriage(style, np.stack([path.heading - yaw, pitch, roll], axis=1), upper, head)
+    return _posture(style, np.stack([path.heading - yaw, pitch, roll], axis=1), upper, head)
 
 
 def _swinging(t: np.ndarray, ahead: np.ndarray, run: np.ndarray, noise: np.ndarray, style: MovementStyle) -> np.ndarray:
-    """Return both arms (2, T, 4), swinging a little after the left foot's lead ``ahead`` (T,), elbows bent to ``run`` (T,)."""
+    """Return the poses of both arms (2, T, 4) [rad]: they swing a little after ``ahead`` (T,); elbows bend with ``run`` (T,)."""
     late = smooth_gaussian(np.interp(t - 0.04, t, ahead), 3.0)
     arms = np.empty((2, len(t), 4))
     for side, sign in ((0, 1.0), (1, -1.0)):
@@ -66,18 +65,18 @@ def _swinging(t: np.ndarray, ahead: np.ndarray, run: np.ndarray, noise: np.ndarr
 
 
 def standing_posture(t: np.ndarray, sway: np.ndarray, style: MovementStyle, rng: np.random.Generator) -> PostureTrack:
-    """Return the carriage of a person who stands, shifts the weight by ``sway`` (T,), looks around and gestures."""
+    """Return the posture of standing, shifting the weight by ``sway`` (T,), looking around and gesturing."""
     noise, arms = smooth_noise(t, rng, 6, 3.0), _gesturing(t, style, rng)
     busy = arms[1, :, 0] - arms[0, :, 0]  # the trunk turns and leans away from a raised arm
     roll, yaw = 0.1 * sway, np.deg2rad(3.0) * noise[:, 0]
     trunk = np.stack([0.6 * yaw + 0.08 * busy, style.lean + 0.02 * noise[:, 1], 0.05 * busy - 0.9 * roll], axis=1)
     head = np.stack([yaw + 0.25 * noise[:, 4] - 0.15 * busy, 0.05 + 0.06 * noise[:, 5], 0.0 * t], axis=1)
     upper = _upper(arms + 0.03 * noise[:, 2:4].T[..., None], trunk, style.slump)
-    return _carriage(style, np.stack([yaw, 0.0 * t, roll], axis=1), upper, smooth_gaussian(head, 6.0))
+    return _posture(style, np.stack([yaw, 0.0 * t, roll], axis=1), upper, smooth_gaussian(head, 6.0))
 
 
 def _gesturing(t: np.ndarray, style: MovementStyle, rng: np.random.Generator) -> np.ndarray:
-    """Return both arms (2, T, 4): gestures in random order, some with both arms, beats on top of waving and explaining."""
+    """Return the poses of both arms (2, T, 4) [rad]: gestures in random order, some with both arms, some with beats on top."""
     rest = np.array([_hanging(style)] * 2)
     times, keys, beat = [0.0, 0.4], [rest, rest], np.zeros((2, len(t), 4))
     for name in rng.permutation(list(GESTURES)):
@@ -97,25 +96,25 @@ def _gesturing(t: np.ndarray, style: MovementStyle, rng: np.random.Generator) ->
 def bending_posture(
     t: np.ndarray, depth: np.ndarray, lean: float, arms: float, style: MovementStyle, rng: np.random.Generator
 ) -> PostureTrack:
-    """Return the carriage of a person who bends the knees.
+    """Return the posture of bending the knees.
 
     Args:
         t: Times [s], shape (T,).
-        depth: How deep, 0 standing, 1 deepest, shape (T,).
-        lean: Of the chest forward at depth 1 [rad].
-        arms: How far the arms swing forward to balance at depth 1 [rad].
-        style: Who bends.
-        rng: Of the small movements.
+        depth: Depth of the bend, 0 standing, 1 deepest, shape (T,).
+        lean: Forward lean of the chest at depth 1 [rad].
+        arms: Forward swing of the arms for balance at depth 1 [rad].
+        style: Movement style of the performer.
+        rng: Random generator of the small movements.
     """
     noise = smooth_noise(t, rng, 4, 3.0)
     ahead = np.stack([0.0 * t, arms * depth, -0.3 * depth, 0.2 * depth], axis=1)
     both = _hanging(style) + ahead + 0.02 * noise[:, 1:3].T[..., None]
     trunk = np.stack([0.03 * noise[:, 0], style.lean + 0.45 * lean * depth, 0.0 * t], axis=1)
     head = np.stack([0.1 * noise[:, 3], 0.05 + 0.25 * lean * depth, 0.0 * t], axis=1)
-    return _carriage(style, np.stack([0.0 * t, 0.55 * lean * depth, 0.0 * t], axis=1), _upper(both, trunk, style.slump), head)
+    return _posture(style, np.stack([0.0 * t, 0.55 * lean * depth, 0.0 * t], axis=1), _upper(both, trunk, style.slump), head)
 
 
-def _carriage(style: MovementStyle, pelvis: np.ndarray, upper: np.ndarray, head: np.ndarray) -> PostureTrack:
+def _posture(style: MovementStyle, pelvis: np.ndarray, upper: np.ndarray, head: np.ndarray) -> PostureTrack:
     none = np.zeros(len(pelvis))
     return PostureTrack(pelvis, upper, head, none + np.inf, LEG_LENGTH * (1.0 - style.crouch), none, none)
 
@@ -128,9 +127,9 @@ def _upper(arms: np.ndarray, trunk: np.ndarray, slump: float) -> np.ndarray:
     """Return the local rotations of the 20 bodies, wxyz (T, 20, 4), those of trunk and arms set.
 
     Args:
-        arms: Left and right: elevation, swing, turn and elbow [rad], shape (2, T, 4).
+        arms: Elevation, swing, turn and elbow of the left and the right arm [rad], shape (2, T, 4).
         trunk: Yaw, pitch and roll of the chest over the pelvis [rad], shared by spine and chest, shape (T, 3).
-        slump: How much the chest is rounded forward while the spine leans back [rad].
+        slump: Forward bend of the chest, while the spine leans back [rad].
     """
     local = np.zeros((len(trunk), BODY_COUNT, 4))
     local[..., 0] = 1.0
@@ -147,5 +146,5 @@ def _upper(arms: np.ndarray, trunk: np.ndarray, slump: float) -> np.ndarray:
 
 
 def _rotations(axes: str, angles: np.ndarray) -> np.ndarray:
-    """Return rotations wxyz (T, 4) by ``angles`` (T, axes) about the axes of the body, one after the other."""
+    """Return rotations wxyz (T, 4) by ``angles`` (T, axes) [rad] about the axes of the body, one after the other."""
     return Rotation.from_euler(axes, angles).as_quat(scalar_first=True)

@@ -1,4 +1,4 @@
-"""From feet, trunk and arms to a whole balanced body: pelvis, legs and the 20 bodies' rotations."""
+"""Whole body of synthetic motion: balanced pelvis, legs and the 20 bodies' rotations from feet, trunk and arms."""
 
 from dataclasses import dataclass
 
@@ -8,31 +8,29 @@ from scipy.spatial.transform import Rotation
 from datasets.ik.leg_ik import leg_ik
 from datasets.motion.clip import FPS
 from datasets.motion.curves import smooth_below
-from datasets.motion.humanoid import BODY_NAMES, HEAD_BODY, SKELETON
+from datasets.motion.humanoid import BODY_NAMES, GRAVITY_M_S2, HEAD_BODY, SKELETON
 from datasets.motion.kinematics import centre_of_mass
 from datasets.motion.rotation import conjugate, from_axis_angle, multiply, rotate
 from datasets.motion.skeleton import forward_kinematics
-from datasets.synthetic.balance import GRAVITY_M_S2, balance_correction, balanced_path, reachable_height
+from datasets.synthetic.balance import balance_correction, balanced_path, reachable_height
 from datasets.synthetic.footsteps import FeetTrack
 
-BALANCE_ITERATIONS = (
-    5  # of moving the pelvis until the forces fit; the last moves it by a few millimetres in a run, by less than one elsewhere
-)
+BALANCE_ITERATIONS = 5  # the last one moves the pelvis by a few millimetres in a run, by less than one elsewhere
 _Y = np.array([0.0, 1.0, 0.0])
 
 
 @dataclass(frozen=True)
 class PostureTrack:
-    """What a body does above its feet; the pelvis' place and the legs follow from it.
+    """Posture of the body above its feet, from which the pelvis' path and the legs follow.
 
     Attributes:
-        pelvis: Yaw, pitch and roll in the world [rad], shape (T, 3).
+        pelvis: Yaw, pitch and roll of the pelvis in the world [rad], shape (T, 3).
         upper: Local rotations of the 20 bodies, wxyz, shape (T, 20, 4); those of pelvis, head and legs are not read.
-        head: Yaw, pitch and roll in the world [rad], shape (T, 3).
-        height: Highest allowed for the pelvis [m], shape (T,).
-        leg: Longest hip-ankle distance [m].
-        bounce: Height of the flying and landing pelvis relative to touchdown [m], shape (T,).
-        flying: Where ``bounce`` counts, 0 to 1, shape (T,).
+        head: Yaw, pitch and roll of the head in the world [rad], shape (T, 3).
+        height: Largest height of the pelvis [m], shape (T,).
+        leg: Largest distance from hip to ankle [m].
+        bounce: Height of the pelvis relative to touchdown in a run [m], shape (T,).
+        flying: Weight of ``bounce``, 0 to 1, shape (T,).
     """
 
     pelvis: np.ndarray
@@ -45,32 +43,32 @@ class PostureTrack:
 
 
 def from_yaw_pitch_roll(angles: np.ndarray) -> np.ndarray:
-    """Return rotations wxyz (T, 4) of yaw, pitch and roll [rad] (T, 3), turning about z, then y, then x of the body."""
+    """Return rotations wxyz (T, 4) of yaw, pitch and roll (T, 3) [rad], about z, then y, then x of the body."""
     return Rotation.from_euler("ZYX", angles).as_quat(scalar_first=True)
 
 
-def solve_whole_body(feet: FeetTrack, carriage: PostureTrack) -> tuple[np.ndarray, np.ndarray]:
-    """Return the root's positions (T, 3) [m] and the local rotations (T, 20, 4) of a body that keeps its balance.
+def solve_whole_body(feet: FeetTrack, posture: PostureTrack) -> tuple[np.ndarray, np.ndarray]:
+    """Return the root path (T, 3) [m] and the local rotations (T, 20, 4) of a body that keeps its balance.
 
-    The pelvis starts on the path that would balance a point mass over the pressure under the feet; then it is moved until
-    the forces that really carry the 20 moving bodies come out of that pressure (after Kajita et al. 2003).
+    The pelvis starts on the path that would balance a point mass over the centre of pressure; then it is shifted until the ground's
+    force on the 20 moving bodies acts at that point (after Kajita et al. 2003).
     """
-    root_rotation = from_yaw_pitch_roll(carriage.pelvis)
-    local = carriage.upper.copy()
+    root_rotation = from_yaw_pitch_roll(posture.pelvis)
+    local = posture.upper.copy()
     local[:, 0] = root_rotation
     pressure = feet.pressure
     root, wave = np.zeros_like(pressure), np.zeros(len(pressure))
     root[:, :2] = balanced_path(pressure[:, :2], np.full(len(pressure), GRAVITY_M_S2 / 0.9), FPS)
     for _ in range(BALANCE_ITERATIONS):
-        root[:, 2] = _height(root, root_rotation, feet, carriage) - carriage.flying * wave
+        root[:, 2] = _height(root, root_rotation, feet, posture) - posture.flying * wave
         _legs(local, root, root_rotation, feet)
         rotations = _poses(root, local)[1]
-        local[:, HEAD_BODY] = multiply(conjugate(rotations[:, SKELETON.parents[HEAD_BODY]]), from_yaw_pitch_roll(carriage.head))
+        local[:, HEAD_BODY] = multiply(conjugate(rotations[:, SKELETON.parents[HEAD_BODY]]), from_yaw_pitch_roll(posture.head))
         positions, rotations = _poses(root, local)
         centre = centre_of_mass(positions, rotations)
         wave = (centre - root)[:, 2] - (centre - root)[:, 2].mean()
         root[:, :2] += balance_correction(positions, rotations, pressure, FPS)
-    root[:, 2] = _height(root, root_rotation, feet, carriage) - carriage.flying * wave
+    root[:, 2] = _height(root, root_rotation, feet, posture) - posture.flying * wave
     _legs(local, root, root_rotation, feet)
     return root, local
 
@@ -87,18 +85,18 @@ def _hip_offset(root_rotation: np.ndarray, side: int) -> np.ndarray:
     return rotate(root_rotation, np.broadcast_to(hip, (len(root_rotation), 3)))
 
 
-def _height(root: np.ndarray, root_rotation: np.ndarray, feet: FeetTrack, carriage: PostureTrack) -> np.ndarray:
-    """Return the pelvis' height (T,) [m]: as high as the legs allow, smoothed; flying where the body flies."""
-    reach = np.min([reachable_height(_hip_offset(root_rotation, s), root[:, :2], feet.ankle[:, s], carriage.leg) for s in (0, 1)], axis=0)
-    walking = smooth_below(np.minimum(reach, carriage.height), 5.0)
-    if not carriage.flying.any():
+def _height(root: np.ndarray, root_rotation: np.ndarray, feet: FeetTrack, posture: PostureTrack) -> np.ndarray:
+    """Return the pelvis' height (T,) [m]: as high as the legs allow, smoothed; that of ``bounce`` where the body flies."""
+    reach = np.min([reachable_height(_hip_offset(root_rotation, s), root[:, :2], feet.ankle[:, s], posture.leg) for s in (0, 1)], axis=0)
+    walking = smooth_below(np.minimum(reach, posture.height), 5.0)
+    if not posture.flying.any():
         return walking
-    flying = carriage.bounce + smooth_below(reach - carriage.bounce, 10.0)
-    return walking + carriage.flying * (flying - walking)
+    flying = posture.bounce + smooth_below(reach - posture.bounce, 10.0)
+    return walking + posture.flying * (flying - walking)
 
 
 def _legs(local: np.ndarray, root: np.ndarray, root_rotation: np.ndarray, feet: FeetTrack) -> None:
-    """Write thighs, shins, feet and toes into ``local`` so that each foot is where its track says."""
+    """Write the rotations of thighs, shins, feet and toes that follow the track of the feet into ``local`` (T, 20, 4)."""
     heading = np.arctan2(*(rotate(root_rotation, np.broadcast_to([1.0, 0.0, 0.0], root.shape))[:, axis] for axis in (1, 0)))
     for side, name in enumerate("lr"):
         thigh, shin, foot, toe = (BODY_NAMES.index(f"{part}_{name}") for part in ("thigh", "shin", "foot", "toe"))

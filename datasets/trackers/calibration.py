@@ -1,4 +1,4 @@
-"""From trackers as a person wears them to the joints of the standard humanoid, by way of a T-pose (LoBSTr, section 4.2)."""
+"""Tracker calibration by a T-pose: from worn trackers to the joints of the standard humanoid (LoBSTr, section 4.2)."""
 
 from typing import NamedTuple
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from configs.errors import require
 from datasets.motion.humanoid import BODY_NAMES
-from datasets.motion.rotation import conjugate, from_axis_angle, multiply, normalise, rotate, rotation_angle
+from datasets.motion.rotation import conjugate, from_yaw, multiply, normalise, rotate, rotation_angle
 from datasets.motion.rotation_matrices import quaternions_to_matrices
 from datasets.motion.t_pose import T_POSE_POSITIONS
 from datasets.motion.vectors import rotation_between, unit_vector
@@ -16,30 +16,30 @@ STANDARD_JOINT_POSITIONS = T_POSE_POSITIONS[TRACKED_BODIES]  # m, of the four jo
 _HANDS = [HAND_L_TRACKER, HAND_R_TRACKER]
 _SHOULDERS = T_POSE_POSITIONS[[BODY_NAMES.index("upper_arm_l"), BODY_NAMES.index("upper_arm_r")]]
 _ARMS = STANDARD_JOINT_POSITIONS[_HANDS] - _SHOULDERS
-EYE_OFFSET_M = 0.10  # m, by which a head-mounted display is in front of the joint that carries the head, and higher
-# The head's height tells a person's size best. Virtual users of 1.57, 1.71 and 1.84 m who stand in a sloppy T-pose get it wrong by
-# 0.9 % (root mean square); by the height of the pelvis' tracker, the paper's way, by 4.8 %, since belts are over the joint and at any
-# height; by the same with the belt's usual height allowed for 2.6 %; by the span of the hands 1.2 %.
+EYE_OFFSET_M = 0.10  # m, of a head-mounted display in front of the head's joint, and above it
+# The head's height determines a person's size best: an error of 0.9 % (root mean square) for virtual users of 1.57, 1.71 and 1.84 m in a
+# sloppy T-pose. By the height of the pelvis' tracker, as in the paper, it is 4.8 %, since belts are over the joint and at any height; by
+# the same corrected by the belt's usual height 2.6 %; by the span of the hands 1.2 %.
 STANDARD_EYE_HEIGHT_M = STANDARD_JOINT_POSITIONS[HEAD_TRACKER, 2] + EYE_OFFSET_M
 
-# What still counts as a T-pose
+# Limits of what counts as a T-pose
 HEAD_HEIGHT_RANGE_M = (0.8, 2.5)  # m, of the head's tracker
-MAX_T_POSE_MOVEMENT_M = 0.06  # m, that a tracker may stray from its mean place
-MAX_T_POSE_TURN_RAD = np.radians(20.0)  # that it may turn away from its mean rotation
-PELVIS_HEIGHT_RATIO_RANGE = (0.5, 0.72)  # height of the pelvis' tracker over the head's; 0.62 where the belt usually is
-MAX_HAND_HEIGHT_RATIO = 0.16  # by how much of the head's height a hand may be over or under the shoulders: 15 degrees
-HAND_SPAN_RATIO_RANGE = (0.75, 1.2)  # from hand to hand, over the head's height; 1.0 on the standard humanoid
-MAX_HANDS_AHEAD_M = 0.06  # m, that the hands may be ahead of the head; a display is in front of it
-QUATERNION_NORM_TOLERANCE = 0.01  # by which the length of a quaternion may be off
+MAX_T_POSE_MOVEMENT_M = 0.06  # m, of a tracker from its mean position
+MAX_T_POSE_TURN_RAD = np.radians(20.0)  # rad, of a tracker from its mean rotation
+PELVIS_HEIGHT_RATIO_RANGE = (0.5, 0.72)  # height of the pelvis' tracker over the head's; 0.62 with a belt in its usual place
+MAX_HAND_HEIGHT_RATIO = 0.16  # height of a hand above or below the shoulders, over the head's height: 15 degrees
+HAND_SPAN_RATIO_RANGE = (0.75, 1.2)  # distance from hand to hand over the head's height; 1.0 on the standard humanoid
+MAX_HANDS_AHEAD_M = 0.06  # m, of the hands ahead of the head's tracker, which is in front of the head
+QUATERNION_NORM_TOLERANCE = 0.01  # by which the norm of a quaternion may differ from one
 
 
 class TrackerCalibration(NamedTuple):
-    """How trackers are worn; of one person, or of N in a row along a leading axis.
+    """Calibration of the trackers of one person, or of N persons along a leading axis.
 
     Attributes:
-        scale: The person's size over the standard humanoid's, shape (...).
-        offset_rotations: From each joint's frame to its tracker's, wxyz, shape (..., 4, 4).
-        offset_positions: Of each joint in its tracker's frame, at the standard size [m], shape (..., 4, 3).
+        scale: Size of the person over the standard humanoid's, shape (...).
+        offset_rotations: Rotation of each joint in its tracker's frame, wxyz, shape (..., 4, 4).
+        offset_positions: Position of each joint in its tracker's frame, at the standard size [m], shape (..., 4, 3).
     """
 
     scale: np.ndarray
@@ -47,36 +47,36 @@ class TrackerCalibration(NamedTuple):
     offset_positions: np.ndarray
 
     def rows(self, rows: np.ndarray) -> "TrackerCalibration":
-        """Return the calibrations of some of N persons, chosen by index (n,)."""
+        """Return the calibrations of the persons with the indices ``rows`` (n,)."""
         return TrackerCalibration(*(field[rows] for field in self))
 
     def put(self, row: int, one: "TrackerCalibration") -> None:
-        """Write the calibration of one person into that of N."""
+        """Write the calibration ``one`` of one person into row ``row`` of this one of N persons."""
         for field, value in zip(self, one, strict=True):
             field[row] = value
 
 
 def identity_calibration(users: int) -> TrackerCalibration:
-    """Return the calibrations of N persons of standard size whose trackers are in the joints themselves: slots to ``put`` others into."""
+    """Return the calibrations of N persons of standard size with trackers in the joints themselves: slots for ``put``."""
     turns = np.zeros((users, len(TRACKER_NAMES), 4))
     turns[..., 0] = 1.0
     return TrackerCalibration(np.ones(users), turns, np.zeros((users, len(TRACKER_NAMES), 3)))
 
 
 def calibrate_trackers(t_pose: TrackerPoses) -> TrackerCalibration:
-    """Return how a person wears the trackers.
+    """Return the calibration of a person's trackers.
 
-    In a T-pose all four joints face where the person faces, square to the line between the hands, and are where the standard
-    humanoid's are once the person has its size; what the trackers tell instead is the way they are worn. Arms that are not quite level
-    or not quite square are believed where they are: they only have to be straight.
+    In a T-pose all four joints have the person's heading, perpendicular to the line between the hands, and the positions of the
+    standard humanoid's once scaled to its size; the trackers' deviations from that are the way they are worn. Arms that are not quite
+    level or not quite perpendicular are taken as they are: they only have to be straight.
 
     Args:
-        t_pose: What they told while the person stood in a T-pose, facing anywhere, shape (T, 4, ...).
+        t_pose: Poses of the trackers while the person stands in a T-pose, with any heading, shape (T, 4, ...).
 
     Raises:
         InputError: If that is no T-pose.
 
-    Source: LoBSTr, section 4.2. Beyond it, places are compensated as well as rotations, and the size is taken from the head's
+    Source: LoBSTr, section 4.2. Beyond it, positions are compensated as well as rotations, and the size is taken from the head's
     height, as the pelvis tracker's depends on where the belt is.
     """
     positions, rotations = _mean_poses(t_pose)
@@ -84,7 +84,7 @@ def calibrate_trackers(t_pose: TrackerPoses) -> TrackerCalibration:
     scale = positions[HEAD_TRACKER, 2] / STANDARD_EYE_HEIGHT_M
     positions = positions / scale
     left = positions[HAND_L_TRACKER] - positions[HAND_R_TRACKER]
-    facing = np.tile(from_axis_angle(np.array([0.0, 0.0, 1.0]), np.arctan2(-left[0], left[1])), (len(TRACKER_NAMES), 1))
+    facing = np.tile(from_yaw(np.arctan2(-left[0], left[1])), (len(TRACKER_NAMES), 1))
     origin = (positions[HEAD_TRACKER] - rotate(facing[0], np.array([EYE_OFFSET_M, 0.0, 0.0]))) * (1.0, 1.0, 0.0)
     joints = origin + rotate(facing, STANDARD_JOINT_POSITIONS)
     turned_joints = facing.copy()
@@ -99,8 +99,8 @@ def calibrated_joint_poses(calibration: TrackerCalibration, trackers: TrackerPos
     """Return the poses of the four joints on the standard humanoid.
 
     Args:
-        calibration: Of one person, or of N.
-        trackers: What their trackers tell, shape (..., 4, ...), (N, 4, ...) or (T, N, 4, ...).
+        calibration: Calibration of one person, or of N.
+        trackers: Poses of their trackers, shape (..., 4, ...), (N, 4, ...) or (T, N, 4, ...).
     """
     seen = rotation_calibrated_poses(calibration, trackers)
     away = quaternions_to_matrices(trackers.rotations) @ calibration.offset_positions[..., None]
@@ -108,11 +108,11 @@ def calibrated_joint_poses(calibration: TrackerCalibration, trackers: TrackerPos
 
 
 def rotation_calibrated_poses(calibration: TrackerCalibration, trackers: TrackerPoses) -> TrackerPoses:
-    """Return the trackers at the standard humanoid's size and turned like the joints, but where the trackers are: the paper's way.
+    """Return the trackers at the standard humanoid's size with the joints' rotations but the trackers' positions, as in the paper.
 
     Args:
-        calibration: Of one person, or of N.
-        trackers: What their trackers tell, shape (..., 4, ...), (N, 4, ...) or (T, N, 4, ...).
+        calibration: Calibration of one person, or of N.
+        trackers: Poses of their trackers, shape (..., 4, ...), (N, 4, ...) or (T, N, 4, ...).
     """
     positions = trackers.positions / calibration.scale[..., None, None]
     return TrackerPoses(positions, multiply(trackers.rotations, calibration.offset_rotations))
@@ -122,7 +122,7 @@ def _mean_poses(t_pose: TrackerPoses) -> tuple[np.ndarray, np.ndarray]:
     """Return the mean positions (4, 3) [m] and rotations (4, 4) of trackers that keep still.
 
     Raises:
-        InputError: If they do not, or their numbers are no poses in metres.
+        InputError: If they do not keep still, or their numbers are no poses in metres.
     """
     finite = np.isfinite(t_pose.positions).all() and np.isfinite(t_pose.rotations).all()
     require(bool(finite) and len(t_pose.positions) > 0, "T-pose", "empty or not finite", "a second of finite numbers")
@@ -144,7 +144,7 @@ def _mean_poses(t_pose: TrackerPoses) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _check(positions: np.ndarray) -> None:
-    """Raise InputError unless the mean positions (4, 3) [m] are those of a person who stands with the arms out to the sides."""
+    """Raise InputError unless the mean positions (4, 3) [m] are those of a person standing with the arms out to the sides."""
     head, left, right, pelvis = positions
     reach = left - right
     span, height = float(np.linalg.norm(reach)), float(head[2])

@@ -1,25 +1,24 @@
-"""What LoBSTr sees of four trackers: velocities in the user's own frame (appendix 1), or poses for comparison.
+"""Features of four trackers for LoBSTr: velocities in the user's own frame (appendix 1), or poses for comparison.
 
-The reference frame stands at the pelvis, upright, and faces where the pelvis faces. NumPy arrays or torch tensors.
+The reference frame is at the pelvis, upright, with the pelvis' heading. NumPy arrays or torch tensors.
 """
 
-from datasets.motion.rotation import Array, Constant, array_namespace, conjugate, from_axis_angle, heading, multiply, rotate, to_matrix
+from datasets.motion.rotation import Array, array_namespace, conjugate, from_yaw, heading, multiply, rotate, to_matrix
 from datasets.trackers.lower_body import to_rotation_6d
 from datasets.trackers.trackers import PELVIS_TRACKER
 
 VELOCITY, POSE, COMBINED = "velocity", "pose", "combined"
 FEATURE_SIZES = {VELOCITY: 37, POSE: 37, COMBINED: 64}
-_UP = Constant([0.0, 0.0, 1.0])
 
 
 def tracker_features(kind: str, before: tuple[Array, Array], now: tuple[Array, Array]) -> Array:
-    """Return what is seen of the trackers at an instant.
+    """Return the features of the trackers at one frame.
 
     Args:
-        kind: "velocity" is the paper's own: eq. 2 and 3 and appendix 1, with the reference's turn as ERRATA has it. "pose" has head
+        kind: "velocity" is the paper's: eq. 2 and 3 and appendix 1, with the reference's turn as in docs/errata.md. "pose" has head
             and hands relative to the reference in place of their velocities, "combined" both (section 4.1.3).
-        before: Positions [m] (..., 4, 3) and rotations (..., 4, 4) of the frame before, at the standard skeleton's size.
-        now: Those of this frame.
+        before: Positions (..., 4, 3) [m] and rotations (..., 4, 4) in the previous frame, at the standard skeleton's size.
+        now: Positions and rotations in this frame.
 
     Returns:
         Nine numbers of the reference, nine for each of head and hands, height of the reference [m]; shape (..., 37), and 27 more
@@ -39,8 +38,8 @@ def tracker_features(kind: str, before: tuple[Array, Array], now: tuple[Array, A
 
 
 def _in_reference(positions: Array, rotations: Array) -> tuple[Array, Array, Array]:
-    """Return the reference's rotation (..., 4), and positions (..., 3, 3) and rotations (..., 3, 4) of head and hands in it."""
-    facing = from_axis_angle(_UP.like(positions), heading(rotations[..., PELVIS_TRACKER, :]))
+    """Return the rotation of the reference frame (..., 4), and positions (..., 3, 3) and rotations (..., 3, 4) of head and hands in it."""
+    facing = from_yaw(heading(rotations[..., PELVIS_TRACKER, :]))
     back = conjugate(facing)[..., None, :]
     place = rotate(back, positions[..., :PELVIS_TRACKER, :] - positions[..., PELVIS_TRACKER:, :])
     spread = back + 0.0 * rotations[..., :PELVIS_TRACKER, :]

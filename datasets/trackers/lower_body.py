@@ -1,7 +1,7 @@
-"""The lower body as LoBSTr predicts it: eight joints' rotations in six numbers each, and toe-bases that stand or do not.
+"""Lower body for LoBSTr: rotations of eight joints in six numbers each, and contacts of the toe-bases.
 
-Functions take NumPy arrays or torch tensors. The eight joints are those of CMU's skeleton: there a rigid hip joint stands between
-the pelvis and each thigh. On our humanoid thighs hang on the pelvis, and the two never turn.
+Functions take NumPy arrays or torch tensors. The eight joints are those of CMU's skeleton, with a rigid hip joint between the pelvis
+and each thigh. On our humanoid the thighs are children of the pelvis, and the two hip joints never turn.
 """
 
 import numpy as np
@@ -10,16 +10,15 @@ from datasets.cleanup.foot_contacts import detect_foot_contacts
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import ANKLE_HEIGHT, BODY_NAMES, SKELETON
 from datasets.motion.kinematics import body_poses
-from datasets.motion.rotation import Array, Constant, array_namespace, conjugate, from_axis_angle, heading, multiply, normalise, to_matrix
+from datasets.motion.rotation import Array, Constant, array_namespace, conjugate, from_yaw, heading, multiply, normalise, to_matrix
 
 LEG_JOINTS: tuple[str, ...] = tuple(f"{joint}_{side}" for side in "lr" for joint in ("hip", "thigh", "shin", "foot"))
 MOVING_LEG_JOINTS = [joint for joint, name in enumerate(LEG_JOINTS) if not name.startswith("hip")]
 LEG_BODIES = [BODY_NAMES.index(LEG_JOINTS[joint]) for joint in MOVING_LEG_JOINTS]
 TOE_BODIES = [BODY_NAMES.index(f"toe_{side}") for side in "lr"]
-ROTATION_6D_SIZE = 6  # numbers of a rotation: its forward and its up axis
+ROTATION_6D_SIZE = 6  # numbers of a rotation: forward and up axis
 TOE_REST = ANKLE_HEIGHT + float(SKELETON.offsets[TOE_BODIES[0], 2])  # m, height of a toe-base whose sole lies flat on the ground
-CONTACT_HEIGHT = 0.01  # m, above its height at rest, below which a toe-base is in contact (appendix 2, ERRATA)
-_UP = Constant([0.0, 0.0, 1.0])
+TOE_CONTACT_HEIGHT_M = 0.01  # m, above its height at rest, below which a toe-base is in contact (appendix 2, docs/errata.md)
 _CHAIN = Constant(
     np.array([SKELETON.offsets[BODY_NAMES.index(f"{part}_{side}")] for side in "lr" for part in ("thigh", "shin", "foot", "toe")])
 )
@@ -29,7 +28,7 @@ def leg_rotations(local_rotations: np.ndarray) -> np.ndarray:
     """Return the rotations of the eight joints, wxyz, shape (..., 8, 4).
 
     Args:
-        local_rotations: Of the 20 bodies relative to their parents, wxyz, shape (..., 20, 4).
+        local_rotations: Rotations of the 20 bodies relative to their parents, wxyz, shape (..., 20, 4).
     """
     legs = np.zeros((*local_rotations.shape[:-2], len(LEG_JOINTS), 4), dtype=local_rotations.dtype)
     legs[..., 0] = 1.0
@@ -38,11 +37,11 @@ def leg_rotations(local_rotations: np.ndarray) -> np.ndarray:
 
 
 def with_legs(local_rotations: np.ndarray, legs: np.ndarray) -> np.ndarray:
-    """Return poses (..., 20, 4) whose legs are turned like the eight joints (..., 8, 4); what knees cannot do is left out."""
+    """Return poses (..., 20, 4) with the legs' rotations from the eight joints (..., 8, 4), knees limited to their hinge."""
     posed = local_rotations.copy()
     posed[..., LEG_BODIES, :] = legs[..., MOVING_LEG_JOINTS, :]
     shins = LEG_BODIES[1::3]
-    posed[..., shins, 1::2] = 0.0  # a hinge about y: the nearest turn keeps w and y
+    posed[..., shins, 1::2] = 0.0  # a hinge about y: the nearest rotation keeps w and y
     posed[..., shins, :] = normalise(posed[..., shins, :])
     return posed
 
@@ -50,26 +49,26 @@ def with_legs(local_rotations: np.ndarray, legs: np.ndarray) -> np.ndarray:
 def toe_contacts(motion: BodyMotion) -> np.ndarray:
     """Return whether each toe-base is in contact with the ground, shape (T, 2), left and right (appendix 2).
 
-    Feet of real clips float or sink by a centimetre or two, so that at a centimetre above the ground's zero some never touch it and
-    others always do: a toe-base's height at rest is that which it has in this clip while its foot stands.
+    Feet of real clips float or sink by a centimetre or two, so that with a threshold of a centimetre above zero some never touch the
+    ground and others always do: a toe-base's height at rest is its median height in this clip while its foot stands.
     """
     heights, stands = body_poses(motion)[0][:, TOE_BODIES, 2], detect_foot_contacts(motion)
     rest = np.where(stands.any(axis=0), np.nanmedian(np.where(stands | ~stands.any(axis=0), heights, np.nan), axis=0), TOE_REST)
-    return heights < rest + CONTACT_HEIGHT
+    return heights < rest + TOE_CONTACT_HEIGHT_M
 
 
 def pelvis_tilt(rotations: Array) -> Array:
-    """Return how a pelvis (..., 4) is tilted against the upright reference that faces where it faces, as matrices (..., 3, 3)."""
-    facing = from_axis_angle(_UP.like(rotations), heading(rotations))
+    """Return the tilt of a pelvis (..., 4) relative to the upright reference of the same heading, as matrices (..., 3, 3)."""
+    facing = from_yaw(heading(rotations))
     return to_matrix(multiply(conjugate(facing), rotations))
 
 
 def change_thigh_frame(legs: Array, turn: Array) -> Array:
-    """Return legs whose thighs are told against another frame, the pelvis' or the upright reference's.
+    """Return legs with thigh rotations relative to another frame, the pelvis' or the upright reference's.
 
     Args:
         legs: Rotation matrices of the eight joints, shape (..., 8, 3, 3).
-        turn: From the frame that they are told against now to the new one, rotation matrices, shape (..., 3, 3).
+        turn: Rotation matrices of the present frame in the new one, shape (..., 3, 3).
     """
     thighs = turn[..., None, :, :] @ legs[..., 1::4, :, :]
     parts = [legs[..., :1, :, :], thighs[..., :1, :, :], legs[..., 2:5, :, :], thighs[..., 1:, :, :], legs[..., 6:, :, :]]
@@ -82,7 +81,7 @@ def to_rotation_6d(matrices: Array) -> Array:
 
 
 def from_rotation_6d(six: Array) -> Array:
-    """Return the rotation matrices (..., 3, 3) nearest to six numbers: the forward axis is kept, the up axis made square to it."""
+    """Return the rotation matrices (..., 3, 3) nearest to six numbers: the forward axis is kept, the up axis made perpendicular to it."""
     xp = array_namespace(six)
     forward = _unit(six[..., :3])
     up = six[..., 3:]
@@ -99,7 +98,7 @@ def from_rotation_6d(six: Array) -> Array:
 
 
 def toe_positions(legs: Array) -> Array:
-    """Return where the toe-bases are in the pelvis' frame [m], shape (..., 2, 3): the forward kinematics of the losses.
+    """Return the toe-bases' positions in the pelvis' frame [m], shape (..., 2, 3): the forward kinematics of the losses.
 
     Args:
         legs: Rotation matrices of the eight joints, shape (..., 8, 3, 3).

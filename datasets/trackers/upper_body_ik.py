@@ -1,8 +1,8 @@
-"""The upper body of many users at once from where head, hands and pelvis are: inverse kinematics in closed form.
+"""Closed-form inverse kinematics of the upper bodies of many users at once, from head, hands and pelvis.
 
-The trunk is a limb of two bones from pelvis to head, the arms are two more. How far a limb bends follows from its length; which way, on
-the trunk from the pelvis' left, on an arm from how the hand is turned, as our hands are welded to the forearms. Arms are solved in the
-chest's frame, the right one as the left one in a mirror.
+The trunk is a limb of two bones from pelvis to head, the arms are two more. How far a limb bends follows from its length; in which
+direction, on the trunk from the pelvis' left axis, on an arm from the hand's rotation, as the humanoid's hands are welded to the
+forearms. Arms are solved in the chest's frame, the right one mirrored to a left one.
 """
 
 import numpy as np
@@ -28,35 +28,34 @@ _COLLAR_BODIES, _UPPER_ARM_BODIES, _FOREARM_BODIES = (
 )
 
 # A limb bends as the square root of what it lacks to be straight: near there a millimetre is many degrees, and noise makes it flicker.
-# Under this bend it bends in proportion instead, and a head ends at most 3.6 mm from where it is asked to, a hand 2 mm. With 20 degrees
-# for the trunk, too, the chest's joint shook 3.5 times as much as the trackers rather than 2.4 times.
+# Below this bend [rad] it bends in proportion instead, and a head ends at most 3.6 mm from its target, a hand 2 mm. With 20 degrees for
+# the trunk, too, the chest's joint shook 3.5 times as much as the trackers rather than 2.4 times.
 _GENTLE_TRUNK, _GENTLE_ARM = np.radians([30.0, 20.0])
 # The chest's turn about the spine [rad] for each metre that the right hand is ahead of the left, or that both hands together are to the
-# left: least squares over cmu/train, where 6 of 11 degrees (standard deviations) remain. Head and pelvis tell next to nothing of it.
+# left: least squares over cmu/train, where 6 of 11 degrees (standard deviations) remain. Head and pelvis hold next to no information on it.
 _TURN = 0.47
 _TURN_SHARES = np.array([0.78, 1.0])  # of that turn in the spine and in the chest
-_SHRUG = 0.15  # m, that a hand out of reach is farther away than that for the shoulder to follow by 45 degrees
+_SHRUG = 0.15  # m, by which a hand is out of reach when the shoulder would follow by 45 degrees
 _MOST_SHRUG = 0.4  # of 45 degrees
-# Where a left elbow points at ease, in the chest's frame: (1, direction from shoulder to hand) times this. Least squares over cmu/train,
-# where 99.9 % of the elbows are within 75 degrees of it about the arm. A hand that is turned beyond the limit is one that a wrist has
-# turned.
+# Direction of a left elbow at ease in the chest's frame: (1, direction from shoulder to hand) times this. Least squares over cmu/train,
+# where 99.9 % of the elbows are within 75 degrees of it about the arm. A hand turned beyond the limit is turned by the wrist.
 _EASE = np.array([[-0.25, 0.27, -0.27], [0.22, 0.41, -0.43], [-0.47, -0.23, 0.04], [0.66, 0.33, -0.02]])
 _LIMIT = np.radians(100.0)
-_NOTHING = 1e-9  # m, length of what has no direction
+_NOTHING = 1e-9  # m, length below which a vector has no direction
 
 
 def upper_body_pose(joints: TrackerPoses) -> np.ndarray:
-    """Return poses whose head and hands are where they are asked to be.
+    """Return poses with head and hands at their targets.
 
-    The head takes its rotation exactly, and its place where the trunk is long enough; so does a hand its place. The elbow is where the
-    hand's rotation is matched best. A limb that is too short is straight and points to where it should end; a shoulder follows a little.
+    The head takes its rotation exactly, and its position if the trunk is long enough; so does a hand its position. The elbow is placed
+    where the hand's rotation is matched best. A limb that is too short is straight and points to its target; a shoulder follows a little.
 
     Args:
         joints: Poses of the four joints on the standard humanoid, shape (..., 4, ...).
 
     Returns:
-        Local rotations of the 20 bodies, the pelvis' in the world, wxyz, shape (..., 20, 4); those of the legs and of the
-        welded hands are identities.
+        Rotations of the 20 bodies relative to their parents, of the pelvis to the world, wxyz, shape (..., 20, 4); those of the legs
+        and of the welded hands are identities.
     """
     turned = quaternions_to_matrices(joints.rotations)
     trunk, at_chest = _trunk(joints.positions, turned[..., PELVIS_TRACKER, :, :])
@@ -81,19 +80,19 @@ def upper_body_pose(joints: TrackerPoses) -> np.ndarray:
 
 
 def _trunk(positions: np.ndarray, pelvis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the trunk that ends where the head is, bent forward, and turned to where the hands are.
+    """Return the trunk that ends at the head, bent forward, and turned towards the hands.
 
     Args:
-        positions: Of the four joints [m], shape (..., 4, 3).
-        pelvis: Rotation matrices, shape (..., 3, 3).
+        positions: Positions of the four joints [m], shape (..., 4, 3).
+        pelvis: Rotation matrices of the pelvis, shape (..., 3, 3).
 
     Returns:
-        Rotation matrices of spine and chest in the world (..., 2, 3, 3), and where the chest's joint is [m] (..., 3).
+        Rotation matrices of spine and chest in the world (..., 2, 3, 3), and position of the chest's joint (..., 3) [m].
     """
     hip = positions[..., PELVIS_TRACKER, :] + pelvis @ _OFFSETS["spine"]
     span = positions[..., HEAD_TRACKER, :] - hip
     length = _norm(span)
-    up = np.where(length > _NOTHING, span / np.maximum(length, _NOTHING), pelvis[..., :, 2])  # a head in the hips says nothing
+    up = np.where(length > _NOTHING, span / np.maximum(length, _NOTHING), pelvis[..., :, 2])  # a head in the hips gives no direction
     left = pelvis[..., :, 1] - _dot(pelvis[..., :, 1], up) * up
     left = np.where(_norm(left) > _NOTHING, left, pelvis[..., :, 2] - _dot(pelvis[..., :, 2], up) * up)
     left = left / _norm(left)
@@ -112,13 +111,13 @@ def _trunk(positions: np.ndarray, pelvis: np.ndarray) -> tuple[np.ndarray, np.nd
 
 
 def _shrugs(hands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return how collars turn towards hands that are out of reach.
+    """Return the rotations of collars towards hands that are out of reach.
 
     Args:
-        hands: From the left collar's joint, in the chest's frame [m], shape (..., 2, 3).
+        hands: Hands relative to the left collar's joint, in the chest's frame, the right one mirrored [m], shape (..., 2, 3).
 
     Returns:
-        The collars' local rotations, wxyz (..., 2, 4), and where that puts the shoulders, as ``hands`` (..., 2, 3).
+        Local rotations of the collars, wxyz (..., 2, 4), and the positions of the shoulders, given like ``hands`` (..., 2, 3).
     """
     span = hands - _SHOULDER * _LEFT
     length = _norm(span)
@@ -126,7 +125,7 @@ def _shrugs(hands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     aim = _LEFT + follow / length * span
     aim /= _norm(aim)
     x, y, z = aim[..., 0], aim[..., 1], aim[..., 2]
-    turn = np.stack([1.0 + y, z, 0.0 * x, -x], axis=-1)  # the smallest one from the left to the aim
+    turn = np.stack([1.0 + y, z, 0.0 * x, -x], axis=-1)  # the smallest rotation from the left axis to the aim
     return turn / _norm(turn), _SHOULDER * aim
 
 
@@ -134,8 +133,8 @@ def _arms(spans: np.ndarray, hands: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     """Return the rotation matrices of upper arms (..., 3, 3) and the flexion of elbows [rad] (...), for left arms in the chest's frame.
 
     Args:
-        spans: From shoulder to hand [m], shape (..., 3).
-        hands: Rotation matrices that the hands should have, shape (..., 3, 3).
+        spans: Vectors from shoulder to hand [m], shape (..., 3).
+        hands: Target rotation matrices of the hands, shape (..., 3, 3).
     """
     length = _norm(spans)
     along = spans / np.maximum(length, 1e-9)
@@ -152,9 +151,9 @@ def _arms(spans: np.ndarray, hands: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
 
 def _within_limit(along: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Return unit vectors (..., 3) square to left arms ``along`` that are as near to ``wanted`` as people turn their elbows.
+    """Return unit vectors (..., 3) perpendicular to left arms ``along``, as near to ``wanted`` as people turn their elbows.
 
-    Beyond the limit the angle comes back until it is nothing half a turn away from an elbow at ease: so an elbow never jumps.
+    Beyond the limit the angle decreases, to zero half a turn away from an elbow at ease, so that an elbow never jumps.
     """
     ease = _EASE[0] + along @ _EASE[1:]
     ease = ease - _dot(ease, along) * along
@@ -166,13 +165,13 @@ def _within_limit(along: np.ndarray, wanted: np.ndarray) -> np.ndarray:
 
 
 def _bends(length: np.ndarray, first: float, second: float, gentle: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return how far limbs of two bones bend in the middle, and by how much the first bone is off the line to the end [rad].
+    """Return the bend in the middle of limbs of two bones, and the angle between the first bone and the line to the end [rad].
 
     Args:
-        length: From beginning to end [m], any shape.
+        length: Distance from beginning to end [m], any shape.
         first: Length of the first bone [m].
-        second: Of the second [m].
-        gentle: Bend under which it is in proportion to what the limb lacks to be straight [rad].
+        second: Length of the second bone [m].
+        gentle: Bend below which it is in proportion to what the limb lacks to be straight [rad].
     """
     squares, product = first * first + second * second, 2.0 * first * second
     exact = np.arccos(np.clip((length * length - squares) / product, -1.0, 1.0))

@@ -1,4 +1,4 @@
-"""Virtual users: people of any height who wear four trackers as people do, and what these trackers then tell."""
+"""Virtual users: people of any height who wear four trackers as people do, and the trackers' simulated poses."""
 
 from dataclasses import dataclass
 
@@ -11,33 +11,33 @@ from datasets.motion.rotation import from_rotation_vector, multiply, rotate
 from datasets.motion.t_pose import PELVIS_HEIGHT, STANDING_HEIGHT
 from datasets.trackers.trackers import PELVIS_TRACKER, TRACKER_NAMES, TRACKER_RATE_HZ, TrackerPoses, tracker_poses
 
-# Where people wear trackers: mean place in the joint's frame, and how far to either side of it [m]. The eyes are 0.09 to 0.12 m in front
-# of and above the joint that carries the head; controllers lie in the palms; the belt runs 0.04 m over the pelvis' joint.
+# Positions of worn trackers in the joint's frame: mean and spread to either side [m]. The eyes are 0.09 to 0.12 m in front of and above
+# the head's joint; controllers lie in the palms; the belt runs 0.04 m above the pelvis' joint.
 _PLACE = np.array([[0.10, 0.0, 0.10], [0.0, 0.08, -0.02], [0.0, -0.08, -0.02], [0.125, 0.0, 0.04]])
 _SPREAD = np.array([[0.02, 0.01, 0.02], [0.02, 0.02, 0.02], [0.02, 0.02, 0.02], [0.025, 0.03, 0.04]])
-_TILT = np.radians([25.0, 40.0, 40.0, 25.0])  # at most, about any axis
+_TILT = np.radians([25.0, 40.0, 40.0, 25.0])  # rad, largest tilt of each tracker about any axis
 
-# The paper trains with five times as much (appendix 2) and says that its trackers are accurate to 2 mm: these are.
-POSITION_NOISE_STD_M = 0.002  # m, standard deviation of how far a tracker is displaced
-MAX_ROTATION_NOISE_RAD = np.radians(0.3)  # at most
+# The paper trains with five times as much noise (appendix 2), and states that its trackers are accurate to 2 mm, as these are.
+POSITION_NOISE_STD_M = 0.002  # m, standard deviation of a tracker's displacement
+MAX_ROTATION_NOISE_RAD = np.radians(0.3)  # rad
 
 _STANCE = {
     "upper_arm_l_x": 4.0, "upper_arm_l_z": 4.0, "upper_arm_r_x": 4.0, "upper_arm_r_z": 4.0, "head_y": 4.0, "spine_y": 2.0,
-}  # degrees of standard deviation by which people miss the T-pose  # fmt: skip
-_ELBOWS = {"forearm_l_z": -1.0, "forearm_r_z": 1.0}  # the way they bend, by up to
-_ELBOW = np.radians(10.0)
-_SWAY = np.radians(0.5)  # of every hinge while standing
+}  # degrees, standard deviations of people's T-poses  # fmt: skip
+_ELBOWS = {"forearm_l_z": -1.0, "forearm_r_z": 1.0}  # hinge -> sign of its bend
+_ELBOW = np.radians(10.0)  # rad, largest bend in a T-pose
+_SWAY = np.radians(0.5)  # rad, amplitude of every hinge while standing
 _SWAY_PERIOD = 2.0  # s
 
 
 @dataclass(frozen=True)
 class TrackerPlacement:
-    """How one person wears the trackers.
+    """Placement of the trackers on one person.
 
     Attributes:
-        scale: The person's height over the standard humanoid's.
-        offsets: Of each tracker from its joint, in the joint's frame, at the person's own size [m], shape (4, 3).
-        tilts: Of each tracker against its joint, wxyz, shape (4, 4).
+        scale: Height of the person over the standard humanoid's.
+        offsets: Position of each tracker in its joint's frame, at the person's own size [m], shape (4, 3).
+        tilts: Rotation of each tracker relative to its joint, wxyz, shape (4, 4).
     """
 
     scale: float
@@ -46,11 +46,11 @@ class TrackerPlacement:
 
 
 def draw_tracker_placement(rng: np.random.Generator, height: float = STANDING_HEIGHT) -> TrackerPlacement:
-    """Return how a person puts on the trackers this time: the one on the pelvis in front or at the back.
+    """Return a random placement of the trackers on a person: the one on the pelvis in front or at the back.
 
     Args:
-        rng: Source of chance.
-        height: Of the person, from sole to crown [m].
+        rng: Random generator.
+        height: Height of the person from sole to crown [m].
     """
     place = _PLACE.copy()
     if rng.uniform() < 0.5:
@@ -61,12 +61,12 @@ def draw_tracker_placement(rng: np.random.Generator, height: float = STANDING_HE
 
 
 def simulate_trackers(joints: TrackerPoses, wearing: TrackerPlacement, rng: np.random.Generator | None = None) -> TrackerPoses:
-    """Return what the trackers tell while the person who wears them performs.
+    """Return the poses of worn trackers during a motion.
 
     Args:
         joints: Poses of the four joints of the standard humanoid, shape (..., 4, ...).
-        wearing: The person.
-        rng: Of the trackers' noise; without it they are perfect.
+        wearing: Placement of the trackers on the person.
+        rng: Random generator of the trackers' noise; without noise if None.
     """
     positions = wearing.scale * joints.positions + rotate(joints.rotations, np.broadcast_to(wearing.offsets, joints.positions.shape))
     worn = TrackerPoses(positions, multiply(joints.rotations, np.broadcast_to(wearing.tilts, joints.rotations.shape)))
@@ -74,11 +74,11 @@ def simulate_trackers(joints: TrackerPoses, wearing: TrackerPlacement, rng: np.r
 
 
 def add_tracker_noise(poses: TrackerPoses, rng: np.random.Generator) -> TrackerPoses:
-    """Return poses displaced and turned at random, each by itself and anew in every frame.
+    """Return poses with random displacements and rotations, independent for each tracker and frame.
 
     Args:
-        poses: Of any leading shape.
-        rng: Source of chance.
+        poses: Poses of any leading shape.
+        rng: Random generator.
 
     Source: LoBSTr, appendix 2: vectors of any direction whose length is drawn from a normal distribution, small rotations.
     """
@@ -89,11 +89,11 @@ def add_tracker_noise(poses: TrackerPoses, rng: np.random.Generator) -> TrackerP
 
 
 def simulate_t_pose(seconds: float, rng: np.random.Generator | None = None) -> TrackerPoses:
-    """Return the four joints of the standard humanoid that stands in a T-pose, soles on the ground, facing x; T frames at ``RATE``.
+    """Return poses of the standard humanoid's four joints in a T-pose, soles on the ground, facing x, at ``TRACKER_RATE_HZ``.
 
     Args:
-        seconds: How long.
-        rng: Of a person's imperfection: arms, elbows and head a few degrees off, and swaying. Without it the pose is perfect.
+        seconds: Duration [s].
+        rng: Random generator of a person's imperfection: arms, elbows and head a few degrees off, and sway. Perfect pose if None.
     """
     frames = max(1, round(seconds * TRACKER_RATE_HZ))
     angles = np.zeros((frames, HINGE_COUNT))
@@ -110,7 +110,7 @@ def simulate_t_pose(seconds: float, rng: np.random.Generator | None = None) -> T
 
 
 def _random_directions(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
-    """Return unit vectors (*shape, 3), every direction as likely as any other."""
+    """Return random unit vectors (*shape, 3), uniform over directions."""
     v = rng.normal(size=(*shape, 3))
     return v / np.linalg.norm(v, axis=-1, keepdims=True)
 

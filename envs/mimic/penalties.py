@@ -1,4 +1,4 @@
-"""What is taken from the reward beyond the thesis, which knows no price of bad habits: feet that slide, actions that tremble."""
+"""Penalties on foot slip and action rate, taken from the reward; the thesis has none."""
 
 from datasets.motion.body_state import BodyState
 from datasets.motion.humanoid import BODIES, FOOT_AND_TOE_BODIES
@@ -10,12 +10,12 @@ _SOLES = Constant([[BODIES[body].shape.points for body in side] for side in FOOT
 
 
 def penalties(spec: MimicSpec, agent: BodyState, action_delta: Array) -> Array:
-    """Return what is taken from the reward of N worlds, shape (N,).
+    """Return the penalties that are taken from the reward of N worlds, shape (N,).
 
     Args:
-        spec: With the weights.
+        spec: Variant of the task, with the weights of the penalties.
         agent: Simulated bodies.
-        action_delta: Of the smoothed actions in this step, shape (N, A).
+        action_delta: Change of the smoothed actions in this step, shape (N, A).
     """
     return spec.foot_slip * foot_slip(agent) + spec.action_rate * (action_delta**2).mean(axis=1)
 
@@ -29,5 +29,5 @@ def foot_slip(agent: BodyState) -> Array:
     speeds = agent.lin_vel[:, feet][:, :, :, None] + cross(agent.ang_vel[:, feet][:, :, :, None], arms)
     slides = xp.linalg.vector_norm(speeds[..., :2], axis=-1).reshape(heights.shape)
     lowest = xp.amin(heights, axis=2)
-    slide = xp.amax(slides * (heights == lowest[..., None]), axis=2)  # of several points equally low the quickest
+    slide = xp.amax(slides * (heights == lowest[..., None]), axis=2)  # the fastest of several points equally low
     return (slide * (lowest < TOUCH_HEIGHT_M)).sum(axis=1)

@@ -1,4 +1,4 @@
-"""How well the reference is imitated: eq. 4.6 to 4.10 of the thesis; pure, batched, one function per term."""
+"""Imitation reward: eq. 4.6 to 4.10 of the thesis; pure, batched, one function per term."""
 
 from typing import NamedTuple
 
@@ -10,14 +10,14 @@ from datasets.motion.humanoid import HEAD_BODY, SKELETON
 from datasets.motion.rotation import Array, Constant, array_namespace, skew
 from envs.mimic.spec import ALPHA_LOCAL, ALPHA_POSITION, ALPHA_VELOCITY, DEVIATION_DISCOUNT_OFFSET, DEVIATION_DISCOUNT_SLOPE_PER_M
 
-_PARENTS = Constant([0, *SKELETON.parents[1:]])  # the pelvis counts as its own: it is left out afterwards
+_PARENTS = Constant([0, *SKELETON.parents[1:]])  # the pelvis is its own parent here and left out afterwards
 _CROSS = Constant(skew(np.eye(3)).reshape(3, 9).T)  # from a vector to the matrix whose products are cross products with it, (9, 3)
 # From a body's origin to the face centres of its unit cube, as multiples of its axes, shape (6, 3) [m].
 _FACES = Constant(np.concat([0.5 * np.eye(3), -0.5 * np.eye(3)]))
 
 
 class RewardTerms(NamedTuple):
-    """The terms of the reward, each of shape (N,) and at most 1; ``total`` is at most 3."""
+    """Terms of the reward, each of shape (N,) and at most 1; ``total`` is at most 3."""
 
     local_pose: Array
     position: Array
@@ -26,15 +26,15 @@ class RewardTerms(NamedTuple):
 
     @property
     def total(self) -> Array:
-        """The reward of eq. 4.10."""
+        """Reward of eq. 4.10, shape (N,)."""
         return self.discount * (self.local_pose + self.position + self.velocity)
 
 
 def compute_reward_terms(agent: BodyState, reference: Reference) -> RewardTerms:
     """Return every term of the reward of N worlds. Source: thesis, eq. 4.6 to 4.9.
 
-    The first three compare with the rewarded track, of which only the pose about the root counts. Being lost is about the
-    observed one: nobody can know how far that has drifted from the truth (ERRATA).
+    The first three terms compare with the rewarded track relative to its root. The discount compares with the observed
+    track, whose drift from the truth cannot be known (docs/errata.md).
     """
     target = reference.rewarded
     return RewardTerms(
@@ -46,7 +46,7 @@ def local_pose(agent: BodyState, target: Rewarded) -> Array:
     """Return exp(-2.5 x mean angle [rad] between the 19 joints' local rotations), shape (N,). Source: eq. 4.6."""
     xp = array_namespace(agent.rot)
     rot = _by_entry(agent.rot)
-    # NumPy's indexing would give memory another order than what it is multiplied with.
+    # take() keeps the memory order of the other factor; NumPy's indexing would not.
     parents = rot.take(_PARENTS.like(rot), axis=-1) if xp is np else rot[..., _PARENTS.like(rot)]
     local = xp.einsum("ijnb,iknb->jknb", parents, rot)  # the parents' inverse times the bodies' rotations
     error = local[..., 1:] - _by_entry(target.local_rot)
@@ -59,7 +59,7 @@ def local_pose(agent: BodyState, target: Rewarded) -> Array:
 def position(agent: BodyState, target: Rewarded) -> Array:
     """Return exp(-1.0 x mean over bodies of the six face centres' summed distances [m]), shape (N,).
 
-    Face centres stand at +-0.5 m along each body's axes and are taken from the root. Source: eq. 4.7.
+    Face centres lie at +-0.5 m along each body's axes, relative to the root. Source: eq. 4.7.
     """
     error = _by_component(agent.pos) - _by_component(target.pos)
     axes = _by_entry(agent.rot) - _by_entry(target.rot)
@@ -75,7 +75,7 @@ def velocity(agent: BodyState, target: Rewarded) -> Array:
     error = _by_component(agent.lin_vel) - _by_component(target.lin_vel)
     rot = _by_entry(agent.rot)
     spin = (_CROSS.like(rot) @ _by_component(agent.ang_vel).reshape(3, -1)).reshape(rot.shape)
-    axes = xp.einsum("ijnb,jknb->iknb", spin, rot)  # how fast the tips of the unit axes move
+    axes = xp.einsum("ijnb,jknb->iknb", spin, rot)  # velocities of the tips of the unit axes
     axes -= _by_entry(target.axis_vel)
     return xp.exp(-ALPHA_VELOCITY * _six_faces(error - error[..., :1], axes))
 
@@ -94,7 +94,7 @@ def _by_component(vectors: Array) -> Array:
 
 
 def _by_entry(matrices: Array) -> Array:
-    """Return a view (3, 3, N, B) of matrices (N, B, 3, 3): long rows of worlds and bodies, where NumPy is quick."""
+    """Return a view (3, 3, N, B) of matrices (N, B, 3, 3): NumPy is fast along long rows of worlds and bodies."""
     return matrices.swapaxes(0, 2).swapaxes(1, 3)
 
 
@@ -103,7 +103,7 @@ def _six_faces(centre: Array, axes: Array) -> Array:
 
     Args:
         centre: Difference of the origins, shape (3, N, 20).
-        axes: Difference of the unit axes, rows are components, shape (3, 3, N, 20).
+        axes: Differences of the unit axes, whose components are rows, shape (3, 3, N, 20).
     """
     xp = array_namespace(centre)
     faces = _FACES.like(axes) @ axes.reshape(3, 3, -1)

@@ -1,6 +1,6 @@
-"""What must be imitated: the task's constants, configurations, observation slices and residual hinges, each once.
+"""Specification of the mimicking task: constants, configurations, observation slices and residual hinges.
 
-Numbers come from chapter 4 of the thesis (Tables 4.1 to 4.3, eq. 4.5 to 4.10) as ERRATA corrects them.
+Numbers come from chapter 4 of the thesis (Tables 4.1 to 4.3, eq. 4.5 to 4.10) as docs/errata.md corrects them.
 """
 
 from dataclasses import dataclass
@@ -11,16 +11,16 @@ from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES, HINGE_COUNT, HINGES
 EPISODE_FRAMES = 300  # of the reference: 5 s, 150 control steps
 ALPHA_LOCAL, ALPHA_POSITION, ALPHA_VELOCITY = 2.5, 1.0, 0.1  # Table 4.2
 DEVIATION_DISCOUNT_OFFSET, DEVIATION_DISCOUNT_SLOPE_PER_M = 1.3, 1.4  # eq. 4.9; the slope per metre
-DEVIATION_DISCOUNT_THRESHOLD = 0.025  # Table 4.2: below it the reference is lost
-MIN_FALLEN_BODIES = 3  # spinal bodies on the ground
-TOUCH_HEIGHT_M = 0.005  # m, of a shape's lowest point that counts as touching the ground
+DEVIATION_DISCOUNT_THRESHOLD = 0.025  # Table 4.2: smallest discount before the reference is lost
+MIN_FALLEN_BODIES = 3  # bodies of the trunk on the ground
+TOUCH_HEIGHT_M = 0.005  # m, largest height of a shape's lowest point that touches the ground
 REWARD_TERMS = ("local_pose", "position", "velocity")  # each at most 1 a step
-# 20 residuals without a spinal joint: 2 x (3 + 1 + 3 + 3). The thesis's own list is lost (ERRATA).
+# 20 residuals without a spinal joint: 2 x (3 + 1 + 3 + 3). The thesis's own list is lost (docs/errata.md).
 KEY_BODIES = tuple(f"{body}_{side}" for side in "lr" for body in ("upper_arm", "thigh", "shin", "foot"))
-# Neither the thesis nor Bergamin et al. list the reduced bodies of `drecon` (ERRATA): these are ours.
+# Neither the thesis nor Bergamin et al. lists the reduced bodies of `drecon`: these are ours (docs/errata.md).
 REDUCED_BODIES = ("pelvis", "head", "hand_l", "hand_r", "foot_l", "foot_r")
 CONFIGURATIONS = ("adapt", "drecon", "full")
-PENALTY_FIELDS = ("foot_slip", "action_rate")  # fields of MimicSpec: what is taken from the reward
+PENALTY_FIELDS = ("foot_slip", "action_rate")  # fields of MimicSpec: weights of the penalties
 
 
 @dataclass(frozen=True)
@@ -32,14 +32,14 @@ class MimicSpec:
             the same joints; "full" observes all bodies and corrects all 43 hinges (thesis 4.5.3).
         frame: Axes of the observed vectors: "world" (thesis) or "heading", the reference's heading, in which the same
             motion looks the same whichever way it faces.
-        com_error: Whether the error of the centre of mass' position is observed; Table 4.1 cannot see it.
-        com_height: Whether the height of the centre of mass above the ground is observed; Table 4.1 cannot see the ground.
+        com_error: Whether the position error of the centre of mass is observed, which is not in Table 4.1.
+        com_height: Whether the height of the centre of mass above the ground is observed, which is not in Table 4.1.
         preview: Control steps ahead at which the reference's bodies are observed as well.
         action_scale: Residual angle [rad] of an action of one.
         smoothing: Weight of the newest action, beta of eq. 4.5.
-        feed_forward: Whether motors are also told the torques by which the reference could be carried (``envs.physics.inverse_dynamics``).
-        foot_slip: Taken from the reward for each m/s at which a foot on the ground slides (``envs.mimic.penalties``).
-        action_rate: Taken from the reward for each unit by which the smoothed actions change in a step, squared and averaged.
+        feed_forward: Whether the torques that carry the reference are fed forward to the motors (``envs.physics.inverse_dynamics``).
+        foot_slip: Weight of the foot slip penalty [s/m] (``envs.mimic.penalties``).
+        action_rate: Weight of the mean squared change of the smoothed actions in a step.
     """
 
     configuration: str = "adapt"
@@ -54,7 +54,7 @@ class MimicSpec:
     action_rate: float = 0.0
 
     def __post_init__(self) -> None:
-        """Check what a user may have typed."""
+        """Check the values."""
         if self.configuration not in CONFIGURATIONS:
             raise ValueError(f"configuration is '{self.configuration}', should be one of {', '.join(CONFIGURATIONS)}")
         if self.frame not in ("world", "heading"):
@@ -79,14 +79,14 @@ class MimicSpec:
 
     @cached_property
     def residual_hinges(self) -> tuple[int, ...]:
-        """Indices of the hinges that actions correct, alpha_d = 1 in eq. 4.3."""
+        """Indices of the hinges that actions correct: alpha_d = 1 in eq. 4.3."""
         if self.configuration == "full":
             return tuple(range(HINGE_COUNT))
         return tuple(h for h, (body, _) in enumerate(HINGES) if BODY_NAMES[body] in KEY_BODIES)
 
     @property
     def has_penalties(self) -> bool:
-        """Whether anything is taken from the reward."""
+        """Whether any penalty is taken from the reward."""
         return self.foot_slip > 0.0 or self.action_rate > 0.0
 
     @property
@@ -120,7 +120,7 @@ class MimicSpec:
 
     @cached_property
     def observation_slices(self) -> dict[str, slice]:
-        """Where each part of the observation stands."""
+        """Slice of each part in the observation, by name."""
         slices, start = {}, 0
         for name, size in self.observation_parts.items():
             slices[name] = slice(start, start + size)
@@ -151,7 +151,7 @@ PART_TEXT = {
 
 
 def observation_table(spec: MimicSpec) -> str:
-    """Return the observation's parts as a table in text, for docstrings and docs."""
+    """Return a Markdown table of the observation's parts, for docstrings and docs."""
     rows = ["| part | from | to | unit | what |", "|---|---|---|---|---|"]
     for name, where in spec.observation_slices.items():
         unit, text = PART_TEXT[name]
@@ -160,7 +160,7 @@ def observation_table(spec: MimicSpec) -> str:
 
 
 def action_table(spec: MimicSpec) -> str:
-    """Return the corrected hinges as a table in text, for docstrings and docs."""
+    """Return a Markdown table of the corrected hinges, for docstrings and docs."""
     rows = ["| action | hinge | unit |", "|---|---|---|"]
     for action, hinge in enumerate(spec.residual_hinges):
         body, axis = HINGES[hinge]

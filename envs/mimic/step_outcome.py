@@ -1,4 +1,4 @@
-"""What a control step came to: rewards, and whether the episode is over; pure, batched, NumPy or torch."""
+"""Outcome of a control step: rewards, termination and truncation; pure, batched, NumPy or torch."""
 
 from typing import NamedTuple
 
@@ -12,14 +12,14 @@ from envs.mimic.spec import MimicSpec
 
 
 class StepOutcome(NamedTuple):
-    """Of one control step of N worlds.
+    """Outcome of one control step of N worlds.
 
     Attributes:
-        reward_terms: Of the reward; 0 where physics failed.
-        imitation_reward: The reward of eq. 4.10, shape (N,).
-        rewards: The same less the penalties; 0 where physics failed, shape (N,).
-        root_position: Where the pelvis is [m]; the reference's where physics failed, for an exploded root is nowhere, shape (N, 3).
-        terminated: Whether the agent fell, lost the reference, or failed, shape (N,).
+        reward_terms: Terms of the reward; 0 where physics failed.
+        imitation_reward: Reward of eq. 4.10, shape (N,).
+        rewards: Imitation reward less the penalties; 0 where physics failed, shape (N,).
+        root_position: Position of the pelvis [m]; the reference's where physics failed, shape (N, 3).
+        terminated: Whether the agent fell, lost the reference, or physics failed, shape (N,).
         truncated: Whether an episode that did not terminate is at its end, shape (N,).
     """
 
@@ -32,22 +32,22 @@ class StepOutcome(NamedTuple):
 
     @property
     def ended(self) -> Array:
-        """Whether the episode is over either way, shape (N,)."""
+        """Whether the episode terminated or was truncated, shape (N,)."""
         return array_namespace(self.terminated).logical_or(self.terminated, self.truncated)
 
 
 def evaluate_step(
     spec: MimicSpec, agent: BodyState, reference: Reference, action_delta: Array, failed: Array, at_end: Array
 ) -> StepOutcome:
-    """Return the outcome of a step.
+    """Return the outcome of a control step.
 
     Args:
-        spec: With the penalties.
+        spec: Variant of the task, with the weights of the penalties.
         agent: Simulated bodies after the step.
-        reference: At the same instant.
-        action_delta: Of the smoothed actions in this step, shape (N, A).
-        failed: Worlds in which physics failed, shape (N,).
-        at_end: Worlds whose reference ends here, shape (N,).
+        reference: Reference at the same instant.
+        action_delta: Change of the smoothed actions in this step, shape (N, A).
+        failed: Whether physics failed in each world, shape (N,).
+        at_end: Whether the episode of each world is at its last step, shape (N,).
     """
     sound = ~failed
     terms = RewardTerms(*(term * sound for term in compute_reward_terms(agent, reference)))

@@ -1,4 +1,4 @@
-"""When an episode is over before its clip: the agent fell, or lost the reference; pure and batched."""
+"""Early termination: the agent has fallen or lost the reference; pure and batched."""
 
 import numpy as np
 
@@ -7,21 +7,21 @@ from datasets.motion.humanoid import BODIES, TRUNK_BODIES
 from datasets.motion.rotation import Array, Constant, array_namespace
 from envs.mimic.spec import DEVIATION_DISCOUNT_THRESHOLD, MIN_FALLEN_BODIES, TOUCH_HEIGHT_M
 
-# Of the spinal bodies' shapes: ends (3, 2, 1, 4), a ball's one point counted twice, and the height of origins at which they touch (4,).
+# Trunk bodies' shapes: ends (3, 2, 1, 4), a ball's one point counted twice, and the heights of ends at which they touch the ground (4,).
 _ENDS = Constant(np.array([(BODIES[b].shape.points * 2)[:2] for b in TRUNK_BODIES]).T[:, :, None])
 _TOUCHING = Constant([BODIES[b].shape.radius + TOUCH_HEIGHT_M for b in TRUNK_BODIES])
 
 
 def has_lost_reference(deviation_discount: Array) -> Array:
-    """Return whether the head is too far from the reference's, shape (N,). Source: thesis, below eq. 4.10."""
+    """Return whether the head is too far from the observed track's, shape (N,). Source: thesis, below eq. 4.10."""
     return deviation_discount < DEVIATION_DISCOUNT_THRESHOLD
 
 
 def has_fallen(agent: BodyState) -> Array:
-    """Return whether three or more of the four spinal bodies touch the ground, shape (N,). Source: thesis, below eq. 4.10."""
+    """Return whether three or more of the four trunk bodies touch the ground, shape (N,). Source: thesis, below eq. 4.10."""
     xp = array_namespace(agent.pos)
-    spinal = slice(TRUNK_BODIES[0], TRUNK_BODIES[-1] + 1)
-    up, ends = agent.rot[:, spinal, 2], _ENDS.like(agent.rot)
+    trunk = slice(TRUNK_BODIES[0], TRUNK_BODIES[-1] + 1)
+    up, ends = agent.rot[:, trunk, 2], _ENDS.like(agent.rot)
     above = up[..., 0] * ends[0] + up[..., 1] * ends[1] + up[..., 2] * ends[2]  # (2, N, 4)
-    lowest = agent.pos[:, spinal, 2] + xp.minimum(above[0], above[1])
+    lowest = agent.pos[:, trunk, 2] + xp.minimum(above[0], above[1])
     return (lowest < _TOUCHING.like(agent.pos)).sum(axis=-1) >= MIN_FALLEN_BODIES

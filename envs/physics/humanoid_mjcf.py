@@ -1,4 +1,4 @@
-"""Builds the MuJoCo model of the humanoid on a flat floor: the 20 bodies of ``datasets.motion.humanoid``, with muscles."""
+"""Builds the MuJoCo model of the humanoid on a flat floor: the 20 bodies of ``datasets.motion.humanoid``, with motors."""
 
 from dataclasses import dataclass
 
@@ -24,11 +24,11 @@ JOINT_DAMPING = 0.5  # Nm s/rad, passive, beside the motors'
 
 @dataclass(frozen=True)
 class MotorParameters:
-    """How strongly the hinges of a body are driven.
+    """Motor parameters of the hinges of a body.
 
     Attributes:
         kp: Stiffness [Nm/rad], k_p of thesis eq. 4.1.
-        force_limit: Largest torque [Nm] on each hinge, damping aside.
+        force_limit: Largest torque [Nm] of each motor, without damping.
         armature: Rotor inertia [kg m^2] of each hinge.
     """
 
@@ -42,7 +42,7 @@ class MotorParameters:
         return 0.05 * self.kp
 
 
-_DRIVES = {
+_MOTORS = {
     "spine": MotorParameters(600.0, 300.0),
     "chest": MotorParameters(600.0, 300.0),
     "head": MotorParameters(100.0, 60.0),
@@ -57,14 +57,12 @@ _DRIVES = {
 
 
 def motor_parameters(body_name: str) -> MotorParameters:
-    """Return the drive of a body that has hinges, the same left and right."""
-    return _DRIVES[body_name.removesuffix("_l").removesuffix("_r")]
+    """Return the motor parameters of a body that has hinges, the same left and right."""
+    return _MOTORS[body_name.removesuffix("_l").removesuffix("_r")]
 
 
 _SURFACE = {"friction": FRICTION, "solref": [CONTACT_TIME_CONSTANT_S, 1.0]}  # of the floor and of every body
-FOOT_BODY_IDS = tuple(
-    1 + body for side in FOOT_AND_TOE_BODIES for body in side
-)  # numbers of feet and toes in the model, whose body 0 is the world
+FOOT_BODY_IDS = tuple(1 + body for side in FOOT_AND_TOE_BODIES for body in side)  # of feet and toes; body 0 of the model is the world
 HINGE_KP = np.array([motor_parameters(BODY_NAMES[body]).kp for body, _ in HINGES])  # (43,)
 HINGE_KV = np.array([motor_parameters(BODY_NAMES[body]).kv for body, _ in HINGES])  # (43,)
 
@@ -72,8 +70,8 @@ HINGE_KV = np.array([motor_parameters(BODY_NAMES[body]).kv for body, _ in HINGES
 def build_spec() -> mujoco.MjSpec:
     """Return the editable description of floor, humanoid, motors and sensors.
 
-    Bodies and their one shape bear the names of ``datasets.motion.humanoid``; hinges and motors are called like
-    ``humanoid.HINGE_NAMES`` and stand in that order. Shapes that touch each other in the T-pose are neighbours and do not
+    Bodies and their shapes, one each, have the names of ``datasets.motion.humanoid``; hinges and motors have the names and
+    the order of ``humanoid.HINGE_NAMES``. Shapes that touch each other in the T-pose are neighbours and do not
     collide; all others do.
     """
     spec = _bare_spec()
@@ -90,13 +88,13 @@ def build_model() -> mujoco.MjModel:
 def _bare_spec() -> mujoco.MjSpec:
     spec = mujoco.MjSpec()
     spec.option.timestep = TIME_STEP_S
-    # Euler takes the joints' damping implicitly, which is where the motors' stands; implicitfast would do the same 4 % slower.
+    # Euler integrates the joints' damping implicitly, which includes the motors'; implicitfast would do the same 4 % slower.
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
     spec.option.impratio = FRICTION_IMPEDANCE_RATIO
     # Few contacts, each on one leg: most of the Jacobian is empty, and one body is one island.
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND
-    # A diverged world must be seen by us and end its episode, not be reset behind our back.
+    # A diverged world must be detected and end its episode, not be reset by the engine.
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     _add_floor(spec)
     handles = [spec.worldbody]
@@ -110,7 +108,7 @@ def _bare_spec() -> mujoco.MjSpec:
 
 
 def _add_floor(spec: mujoco.MjSpec) -> None:
-    """Add the ground, and the light and colours by which people see it."""
+    """Add the ground, and a texture and a light for rendering."""
     spec.add_texture(
         name="ground",
         type=mujoco.mjtTexture.mjTEXTURE_2D,
@@ -154,22 +152,22 @@ def _add_body(parent: mujoco.MjsBody, body: Body) -> mujoco.MjsBody:
     return handle
 
 
-def _add_motor(spec: mujoco.MjSpec, name: str, muscle: MotorParameters) -> None:
-    """Add the spring of a PD motor, torque = kp (ctrl - angle); its damping is the joint's, which no force limit takes away.
+def _add_motor(spec: mujoco.MjSpec, name: str, parameters: MotorParameters) -> None:
+    """Add the spring of a PD motor, torque = kp (ctrl - angle); its damping is the joint's, which no force limit clips.
 
-    Together they are kp (ctrl - angle) - kv speed (thesis, eq. 4.1); the reference's speed is fed forward through ctrl.
+    Their sum is kp (ctrl - angle) - kv speed (thesis, eq. 4.1); the reference's speed is fed forward through ctrl.
     """
     motor = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
     motor.gaintype = mujoco.mjtGain.mjGAIN_FIXED
     motor.biastype = mujoco.mjtBias.mjBIAS_AFFINE
-    motor.gainprm[0] = muscle.kp
-    motor.biasprm[1] = -muscle.kp
+    motor.gainprm[0] = parameters.kp
+    motor.biasprm[1] = -parameters.kp
     motor.forcelimited = True
-    motor.forcerange = [-muscle.force_limit, muscle.force_limit]
+    motor.forcerange = [-parameters.force_limit, parameters.force_limit]
 
 
 def _add_sensors(spec: mujoco.MjSpec) -> None:
-    """Let the engine's threads measure what observations need: (20, 3) + (20, 3) + 3 + 3 numbers."""
+    """Add sensors of body velocities (20, 3) + (20, 3), of the centre of mass (3,) and of its velocity (3,), for observations."""
     for kind in (mujoco.mjtSensor.mjSENS_FRAMELINVEL, mujoco.mjtSensor.mjSENS_FRAMEANGVEL):
         for name in BODY_NAMES:
             spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_XBODY, objname=name)

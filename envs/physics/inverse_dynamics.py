@@ -1,8 +1,8 @@
-"""What muscles must do to carry a clip: inverse dynamics with forces of the ground, as angles beyond the reference's.
+"""Feed-forward angles of a clip: inverse dynamics with ground reaction forces, divided by the stiffness of the motors.
 
 A PD motor needs an error to exert a torque: a leg that bears weight under the reference's own angles sinks, an arm that
-swings lags behind. The torques of a clip can be worked out beforehand; told to the motors as further angles, they leave to
-the policy what cannot be: balance.
+swings lags behind. The torques of a clip can be computed beforehand; fed forward to the motors as further angles, they leave
+to the policy what cannot be: balance.
 """
 
 import mujoco
@@ -15,29 +15,29 @@ from datasets.motion.humanoid import BODIES, FOOT_AND_TOE_BODIES
 from datasets.motion.kinematics import linear_velocity
 from envs.physics.humanoid_mjcf import HINGE_KP, HINGE_KV, build_model
 
-VELOCITY_SMOOTHING_S = 0.05  # s, standard deviation of the average over which accelerations are taken
-MAX_CONTACT_HEIGHT_M = 0.08  # m, above the lowest sole point: what is higher bears nothing
-MAX_GROUND_OFFSET_M = 0.05  # m; a clip whose lowest sole point is no higher stands on it, however it floats or sinks
-EFFORT_HEIGHT_SCALE_M = 0.01  # m, height of a sole point at which force is asked of it half as readily
-FORCE_EFFORT_WEIGHT = 0.03  # of a Newton on the ground against a Newton of the root left unexplained
-TORQUE_WEIGHT_PER_M = 2.0  # 1/m, weight of the root's unexplained torque against force
+VELOCITY_SMOOTHING_S = 0.05  # s, standard deviation of the Gaussian before accelerations are taken
+BEARING_HEIGHT_MARGIN_M = 0.08  # m, above the lowest sole point: points that are higher bear no force
+MAX_GROUND_OFFSET_M = 0.05  # m; a pose whose lowest sole point is below this stands on the ground, even if it floats or sinks
+EFFORT_HEIGHT_SCALE_M = 0.01  # m, height at which the effort of a sole point's force is sqrt(2) times that on the ground
+FORCE_EFFORT_WEIGHT = 0.03  # of a newton on the ground against a residual newton on the root
+TORQUE_WEIGHT_PER_M = 2.0  # 1/m, weight of the root's residual torque against its residual force
 MAX_FEED_FORWARD_RAD = 1.0  # rad
-PLANNED_FRICTION = 0.8  # that is counted on, well inside the model's: what slips in the plan slips in the simulation
-_EDGES = np.array([[x, y, 1.0] for x, y in PLANNED_FRICTION * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])])  # of the pyramid
+PLANNED_FRICTION = 0.8  # well below the model's: forces near the limit would slip in the simulation
+_EDGES = np.array([[x, y, 1.0] for x, y in PLANNED_FRICTION * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])])  # of the friction pyramid
 
 
 def with_feed_forward(library: MotionLibrary) -> MotionLibrary:
-    """Return the library with the angles that ``feed_forward`` finds for each clip."""
+    """Return the library with the angles of ``compute_feed_forward`` for each clip."""
     parts = [slice(clip.start, clip.start + clip.frames) for clip in library.clips]
     found = [compute_feed_forward(library.start_pose[part], library.start_vel[part], library.fps) for part in parts]
     return type(library).from_arrays(library.clips, library.arrays() | {"feed_forward": np.concat(found).astype(np.float32)}, library.fps)
 
 
 def compute_feed_forward(poses: np.ndarray, velocities: np.ndarray, fps: float) -> np.ndarray:
-    """Return what is to be added to a clip's angles so that PD motors exert the torques that the clip needs.
+    """Return the angles to add to a clip's hinges so that PD motors exert the torques that the clip needs.
 
-    The forces of the ground are those, not negative and within friction, that leave least of the root's six equations of
-    motion unexplained, drawn from the sole points near the ground.
+    The ground reaction forces act on the sole points near the ground, within friction and not negative, and minimise the
+    residual of the root's six equations of motion.
 
     Args:
         poses: Generalised positions, shape (T, 50).
@@ -45,7 +45,7 @@ def compute_feed_forward(poses: np.ndarray, velocities: np.ndarray, fps: float) 
         fps: Frames per second.
 
     Returns:
-        Angles [rad], shape (T, 43), at most ``LIMIT``.
+        Angles [rad], at most ``MAX_FEED_FORWARD_RAD``, shape (T, 43).
     """
     smooth = gaussian_filter1d(velocities.astype(float), VELOCITY_SMOOTHING_S * fps, axis=0, mode="nearest")
     accelerations = linear_velocity(smooth, fps)
@@ -55,42 +55,42 @@ def compute_feed_forward(poses: np.ndarray, velocities: np.ndarray, fps: float) 
 
 
 class _Body:
-    """The humanoid in the air, and its sole points."""
+    """The humanoid without contacts, and its sole points."""
 
     def __init__(self) -> None:
         self._model = build_model()
         self._model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_ACTUATION
-        self._model.dof_damping[6:] -= HINGE_KV  # of the motors, whose targets lead by the reference's speed anyway
+        self._model.dof_damping[6:] -= HINGE_KV  # the motors' damping, which their targets compensate by leading ahead
         self._data = mujoco.MjData(self._model)
         self._soles = [(1 + b, point) for side in FOOT_AND_TOE_BODIES for b in side for point in _sole(b)]
         self._jacobian = np.zeros((3, self._model.nv))
 
     def torques(self, pose: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
-        """Return the torques [Nm] of the 43 hinges in one frame."""
+        """Return the torques of the hinges in one frame [Nm], shape (43,)."""
         data = self._data
         data.qpos[:], data.qvel[:], data.qacc[:] = pose, velocity, acceleration
         mujoco.mj_inverse(self._model, data)
-        needed, pushes, effort = data.qfrc_inverse.copy(), *self._pushes()
+        needed, edges, effort = data.qfrc_inverse.copy(), *self._edge_forces()
         if len(effort):
             weights = np.array([1.0, 1.0, 1.0, TORQUE_WEIGHT_PER_M, TORQUE_WEIGHT_PER_M, TORQUE_WEIGHT_PER_M])
-            unexplained = np.concat([weights[:, None] * pushes[:6], np.diag(effort)])
-            forces, _ = nnls(unexplained, np.concat([weights * needed[:6], np.zeros(len(effort))]))
-            needed -= pushes @ forces
+            problem = np.concat([weights[:, None] * edges[:6], np.diag(effort)])
+            forces, _ = nnls(problem, np.concat([weights * needed[:6], np.zeros(len(effort))]))
+            needed -= edges @ forces
         return needed[6:]
 
-    def _pushes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return what a Newton along each edge of each near sole point does to the 49 coordinates (49, K), and its effort (K,)."""
+    def _edge_forces(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the generalised force (49, K) of a newton along each friction edge of each near sole point, and its effort (K,)."""
         data = self._data
         points = np.array([data.xpos[b] + data.xmat[b].reshape(3, 3) @ point for b, point in self._soles])
         lowest = points[:, 2].min()
         heights = np.maximum(points[:, 2] - (lowest if lowest < MAX_GROUND_OFFSET_M else 0.0), 0.0)
-        pushes, effort = [], []
+        edges, effort = [], []
         for (b, _), point, height in zip(self._soles, points, heights, strict=True):
-            if height <= MAX_CONTACT_HEIGHT_M:
+            if height <= BEARING_HEIGHT_MARGIN_M:
                 mujoco.mj_jac(self._model, data, self._jacobian, None, point, b)
-                pushes.append(_EDGES @ self._jacobian)
+                edges.append(_EDGES @ self._jacobian)
                 effort += [FORCE_EFFORT_WEIGHT * np.sqrt(1.0 + (height / EFFORT_HEIGHT_SCALE_M) ** 2)] * len(_EDGES)
-        return (np.concat(pushes).T if pushes else np.zeros((self._model.nv, 0))), np.array(effort)
+        return (np.concat(edges).T if edges else np.zeros((self._model.nv, 0))), np.array(effort)
 
 
 def _sole(b: int) -> np.ndarray:

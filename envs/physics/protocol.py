@@ -1,7 +1,7 @@
-"""What a vector env asks of a physics engine: the small protocol that every backend keeps.
+"""Protocol of the physics backends, as the vector envs use them.
 
-Worlds are named by their indices (n,) on the CPU, and by a mask (N,) where nobody may wait to learn how many they are; what is said of them
-then has a row for every world.
+Worlds are given by their indices (n,) on the CPU, and by a mask (N,) on a GPU, where their number is unknown without waiting; arrays that
+go with a mask have a row for every world.
 """
 
 from typing import Protocol
@@ -17,10 +17,10 @@ CONTROL_STEP_S = FRAMES_PER_STEP / FPS  # s
 
 
 def engine_steps(model: mujoco.MjModel, seconds: float) -> int:
-    """Return how many engine steps last so many seconds.
+    """Return the number of engine steps in ``seconds``.
 
     Raises:
-        ValueError: If that is no whole number: a control step and a frame of the reference each end with an engine step.
+        ValueError: If it is not a whole number: a control step and a frame of the reference each end with an engine step.
     """
     steps = seconds / model.opt.timestep
     if round(steps) < 1 or abs(steps - round(steps)) > 1e-6:
@@ -32,20 +32,20 @@ class Physics(Protocol):
     """N simulated humanoids, stepped together."""
 
     def reset(self, worlds: Array, pose: Array, vel: Array) -> None:
-        """Put worlds into a state: positions (n, 50) and velocities (n, 49), as ``MotionLibrary.start_pose``."""
+        """Set the states of worlds: positions (n, 50) and velocities (n, 49), as ``MotionLibrary.start_pose`` and ``start_vel``."""
         ...
 
     def step(self, targets: Array) -> Array:
-        """Advance one control step under PD targets (N, 43) [rad]; return which worlds failed, shape (N,).
+        """Advance one control step under PD targets (N, 43) [rad]; return whether each world failed, shape (N,).
 
         A world that failed (NaN, exploded) has been put back to the origin.
         """
         ...
 
     def set_root_wrench(self, wrench: Array) -> None:
-        """Let forces [N] and torques [Nm] act on the pelvis, world axes, shape (N, 6), in all steps until told otherwise."""
+        """Set the force [N] and torque [Nm] on the pelvis, world axes, shape (N, 6); they act in all steps until set again."""
         ...
 
     def bodies(self) -> BodyState:
-        """Return where the bodies of all worlds are now; the arrays are the caller's to keep."""
+        """Return the bodies of all worlds, in arrays of the caller's own."""
         ...

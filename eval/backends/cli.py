@@ -1,4 +1,4 @@
-"""Holds mujoco-warp against MuJoCo: ``python -m eval.backends [--device cuda]``; known differences are listed with their size."""
+"""Comparison of mujoco-warp with MuJoCo: ``python -m eval.backends [--device cuda]``; docs/gpu.md lists known differences."""
 
 import argparse
 import sys
@@ -50,7 +50,7 @@ def _run(options: argparse.Namespace) -> None:
 
 
 def steps_table(found: StepDifferences, device: str) -> Table:
-    """Return the differences of single steps by their cause."""
+    """Return the table of the differences of single steps, by cause."""
     table = Table(title=f"one control step from the same states: mujoco-warp on {device} less MuJoCo")
     for column in ("kind", "share", "observation: median", "99 %", "largest", "reward: 99 %", "largest", "ends differ"):
         table.add_column(column, justify="left" if column == "kind" else "right")
@@ -65,7 +65,7 @@ def steps_table(found: StepDifferences, device: str) -> Table:
 
 
 def episodes_table(played: dict[str, EpisodePairs], device: str) -> Table:
-    """Return the means of the metrics of whole episodes of policies, by name, and of their differences."""
+    """Return the table of the mean metrics of whole episodes by policy, and of their differences."""
     table = Table(title="episodes from the same starts", caption="mean difference and its standard error")
     for column in ("who", "metric", "MuJoCo", f"mujoco-warp on {device}", "difference", "error"):
         table.add_column(column, justify="left" if column in ("who", "metric") else "right")

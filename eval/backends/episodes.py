@@ -1,4 +1,4 @@
-"""How episodes end on the two backends that begin alike: the same policy, the same starts."""
+"""Tracking metrics of episodes on both physics backends, with the same policy from the same starts."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -19,13 +19,18 @@ STEPS = EPISODE_FRAMES // FRAMES_PER_STEP
 
 
 class EpisodePairs(NamedTuple):
-    """Of N pairs of episodes that began alike the metrics on either backend, each by name and of shape (N,)."""
+    """Metrics of N pairs of episodes with the same starts, by id, each of shape (N,).
+
+    Attributes:
+        cpu: Metrics on MuJoCo.
+        warp: Metrics on mujoco-warp.
+    """
 
     cpu: dict[str, np.ndarray]
     warp: dict[str, np.ndarray]
 
     def difference(self, name: str) -> tuple[float, float]:
-        """Return the mean of a metric's differences, mujoco-warp less MuJoCo, and that mean's standard error."""
+        """Return the mean difference of a metric, mujoco-warp less MuJoCo, and its standard error."""
         difference = self.warp[name] - self.cpu[name]
         return float(difference.mean()), float(difference.std(ddof=1) / len(difference) ** 0.5)
 
@@ -38,15 +43,15 @@ def episode_pairs(
     device: torch.device,
     after_step: Callable[[], None] = lambda: None,
 ) -> EpisodePairs:
-    """Play one episode in each of N worlds on both backends, deterministically; return how they went.
+    """Return the metrics of one deterministic episode in each of N worlds on both backends.
 
     Args:
-        act: A policy.
+        act: Policy, from observations to actions.
         library: Clips; starts are drawn evenly from all of them.
         spec: Variant of the task that the policy was trained for.
         worlds: Number of episodes.
-        device: Of the torch env.
-        after_step: Called after each control step of either.
+        device: Device of the torch env.
+        after_step: Called after each control step of either backend.
     """
     ours = AdaptMimicVectorEnv(library, worlds, spec, autoreset_mode=AutoresetMode.DISABLED)
     other = AdaptMimicTorchEnv(library, worlds, spec, device)
@@ -66,7 +71,7 @@ def episode_pairs(
 
 
 def _note(found: dict[str, np.ndarray], ended: np.ndarray, tracking: dict[str, np.ndarray]) -> None:
-    """Keep the metrics of the first episode that ended in each world."""
+    """Store the metrics of the first episode that ended in each world."""
     for name, metric in found.items():
         first = ended & np.isnan(metric)
         if first.any():

@@ -1,4 +1,4 @@
-"""How far the two backends are apart after one control step from the same states under the same actions, and why."""
+"""Differences of the two physics backends after one control step from the same states under the same actions, and their causes."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -13,24 +13,24 @@ from envs.physics.protocol import CONTROL_STEP_S, engine_steps
 from envs.torch_env import AdaptMimicTorchEnv
 from envs.vector_env import AdaptMimicVectorEnv
 
-TOUCH_DISTANCE_M = 1e-6  # m: distances within single precision of 0
+ROUNDING_DISTANCE_M = 1e-6  # m; smaller distances are within single precision of 0
 ALIKE, SUNK, TOUCHING = "alike", "sunk", "touching"
 CAUSES = {
     ALIKE: "neither of the below",
     SUNK: "a box has corners of its upper half in the ground: MuJoCo takes the lower four, mujoco-warp all of them",
-    TOUCHING: f"something touches within {TOUCH_DISTANCE_M * 1e6:g} um: in double precision or in single, not in both",
+    TOUCHING: f"something touches within {ROUNDING_DISTANCE_M * 1e6:g} um: in double precision or in single, not in both",
 }
 _CORNERS = np.stack(np.meshgrid(*[[-1.0, 1.0]] * 3), axis=-1).reshape(8, 3)
 
 
 class StepDifferences(NamedTuple):
-    """Of S single steps the differences of the backends, each of shape (S,).
+    """Differences of the backends in S single steps, each of shape (S,).
 
     Attributes:
-        kind: One of ``KINDS``, why they may differ.
-        observation: Largest difference of any number of the observation [m or m/s].
-        reward: Difference of the rewards.
-        ended: Whether one ends the episode as terminated or truncated, and the other not.
+        kind: Cause for which they may differ, one of ``CAUSES``.
+        observation: Largest absolute difference of any number of the observation [m or m/s].
+        reward: Absolute difference of the rewards.
+        ended: Whether the backends differ in ending the episode as terminated or truncated.
     """
 
     kind: np.ndarray
@@ -51,15 +51,15 @@ def step_differences(
     device: torch.device,
     after_step: Callable[[], None] = lambda: None,
 ) -> StepDifferences:
-    """Return the differences after each of some steps of a random policy, before each of which both backends are put into one state.
+    """Return the differences after each step of a random policy; before each step both backends are put into the same state.
 
     Args:
         library: Clips.
         spec: Variant of the task.
         worlds: Number of worlds.
         steps: Number of steps.
-        device: Of the torch env.
-        after_step: Called after each.
+        device: Device of the torch env.
+        after_step: Called after each step.
     """
     ours, other = AdaptMimicVectorEnv(library, worlds, spec), AdaptMimicTorchEnv(library, worlds, spec, device)
     cause, rng = _Cause(ours.physics.model), np.random.default_rng(0)
@@ -67,7 +67,7 @@ def step_differences(
     found = []
     for _ in range(steps):
         poses, speeds, _ = ours.physics.motion()
-        ours.physics.reset(np.arange(worlds), poses, speeds)  # without what the solver remembers
+        ours.physics.reset(np.arange(worlds), poses, speeds)  # clears the warm start of the solver
         other.set_state(_state_of(ours, other))
         actions = rng.uniform(-1.0, 1.0, (worlds, spec.action_size)).astype(np.float32)
         seen, rewards, terminated, truncated, info = ours.step(actions)
@@ -82,7 +82,7 @@ def step_differences(
 
 
 def _state_of(ours: AdaptMimicVectorEnv, other: AdaptMimicTorchEnv) -> dict[str, Any]:
-    """Return the native env's state, fresh of a physics' reset, as the torch env's."""
+    """Return the state of the native env, whose physics was just reset, as one of the torch env."""
     poses, speeds, _ = ours.physics.motion()
     state, theirs = ours.get_state(), other.get_state()
     own = {"random": theirs["random"]}  # of a generator of another kind
@@ -92,14 +92,14 @@ def _state_of(ours: AdaptMimicVectorEnv, other: AdaptMimicTorchEnv) -> dict[str,
 
 
 class _Cause:
-    """Goes through a control step engine step by engine step to see what the ground meets."""
+    """Classifies control steps by simulating them engine step by engine step and looking at ground contacts."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self._model, self._data = model, mujoco.MjData(model)
         self._boxes = np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_BOX)
 
     def of(self, pose: np.ndarray, speed: np.ndarray, targets: np.ndarray) -> str:
-        """Return the kind of a step from a state under targets of the motors."""
+        """Return the cause, one of ``CAUSES``, of a step from a state under targets of the motors."""
         mujoco.mj_resetData(self._model, self._data)
         self._data.qpos[:], self._data.qvel[:], self._data.ctrl[:] = pose, speed, targets
         nearest = np.inf
@@ -110,10 +110,10 @@ class _Cause:
                 return SUNK
             nearest = min(nearest, np.abs(heights).min(), np.abs(self._data.contact.dist).min(initial=np.inf))
             mujoco.mj_step2(self._model, self._data)
-        return TOUCHING if nearest < TOUCH_DISTANCE_M else ALIKE
+        return TOUCHING if nearest < ROUNDING_DISTANCE_M else ALIKE
 
     def _corners(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the heights of all corners of boxes [m], and whether they are of its upper half, each (B, 8)."""
+        """Return the heights of all corners of boxes [m], and whether each is in the upper half of its box, each (B, 8)."""
         mats = self._data.geom_xmat[self._boxes].reshape(-1, 3, 3)
         rise = np.einsum("bj,kj,bj->bk", mats[:, 2], _CORNERS, self._model.geom_size[self._boxes])
         return self._data.geom_xpos[self._boxes, 2:] + rise, rise > 0.0

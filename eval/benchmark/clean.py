@@ -1,7 +1,7 @@
-"""How quickly a clip is cleaned: seconds of clip a second, against the bare simulation of the crowd that performs it.
+"""Benchmark of cleaning: seconds of clip per second, against the bare simulation of the search's samples.
 
-What is timed begins with a file that was read and ends with one to be written, so without loading the program and its networks. The clip
-is what a simulated suit makes of a made-up person who walks, or of the first long clip of a motion source.
+Timing begins with a file that was read and ends with one to be written, without loading the program and its networks. The clip is a
+simulated suit's recording of a synthetic walk, or of the first long clip of a motion source.
 """
 
 from collections.abc import Callable
@@ -23,44 +23,44 @@ from eval.benchmark.timing.interleaved import BenchmarkCase, BenchmarkResult, in
 from eval.clean.pipeline import CleaningPipeline
 from eval.clean.samcon import NUM_SAMPLES, SamconSearch
 from eval.clean.stages import repair_kinematically
+from trainers.runs.device import available_cores
 
-CLIP_S = 10  # of the clip
-THREADS = 2
-SYNTHETIC_KIND = "turn"  # of made-up motion: a walk with two bends, in which nobody leaves the ground
+CLIP_S = 10  # duration of the clip
+SYNTHETIC_KIND = "turn"  # of synthetic motion: a walk with two bends, always on the ground
 OURS, LIMIT, SEARCH, NO_PHYSICS = "clean", "bare MuJoCo", "crowd alone", "no physics"
 
 
 class SamconRecorder(ControlRecorder, RecordingPhysics):
-    """Physics of a crowd that notes its controls, its resets and who went on from where whom was."""
+    """Physics of the search that records its controls, its resets and its branches."""
 
     def branch(self, parents: np.ndarray) -> None:
-        """Branch and note."""
+        """Branch and record it."""
         super().branch(parents)
         self.resets[len(self.targets)].append((np.arange(len(parents)), self.get_state()))
 
 
 class BareSamcon(BareBatch):
-    """The native batch alone, on a crowd's states and controls."""
+    """Native batch alone, on the states and controls of a search."""
 
     def prepare(self) -> None:
-        """Go to where the recording began: a crowd is put in its places before its first step."""
+        """Restore the initial state of the recording: the samples are reset before their first step."""
         super().prepare()
-        for worlds, states in self._tape.resets[0]:
+        for worlds, states in self._recorder.resets[0]:
             self._batch.state[worlds] = states
 
 
 def benchmark_clean(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> BenchmarkResult:
-    """Return how quickly the package's policy cleans a clip of ten seconds.
+    """Return the rates at which the package's policy cleans a clip of ten seconds.
 
     Args:
         motions: Motion source.
-        rounds: How many rounds are kept; a round takes about half a minute.
+        rounds: Number of rounds to keep; a round takes about half a minute.
         after_round: Called after each round.
 
     Raises:
         InputError: If the source holds no clip of ten seconds.
     """
-    return measure_clean(CleaningPipeline.load(threads=THREADS), faulty_clip(motions), rounds, after_round)
+    return measure_clean(CleaningPipeline.load(available_cores()), faulty_clip(motions), rounds, after_round)
 
 
 def faulty_clip(motions: str) -> BodyMotion:
@@ -78,7 +78,7 @@ def faulty_clip(motions: str) -> BodyMotion:
 def measure_clean(
     cleaner: CleaningPipeline, clip: BodyMotion, rounds: int, after_round: Callable[[], None] = lambda: None
 ) -> BenchmarkResult:
-    """Return the same of a cleaner and a clip at 60 fps on level ground."""
+    """Return the rates for a cleaning pipeline and a clip at 60 fps on level ground."""
     bvh = to_humanoid_bvh(clip)
     repaired = repair_kinematically(retarget(performer_clip_from_bvh(bvh, clip.name)).motion, [])
 
@@ -106,20 +106,20 @@ def measure_clean(
 
 
 def _search(cleaner: CleaningPipeline, clip: BodyMotion, physics: RecordingPhysics | None = None) -> None:
-    """Let a crowd perform a clip, take after take."""
+    """Run the SAMCON search over a clip, segment by segment."""
     assert cleaner.policy is not None
-    crowd = SamconSearch(cleaner.policy, cleaner.spec, clip, cleaner.threads)
+    samcon = SamconSearch(cleaner.policy, cleaner.spec, clip, cleaner.threads)
     if physics:
-        crowd._env.physics = crowd._physics = physics
-    for _ in crowd.segments():
+        samcon._env.physics = samcon._physics = physics
+    for _ in samcon.segments():
         pass
 
 
 def _bare(cleaner: CleaningPipeline, clip: BodyMotion) -> BenchmarkCase:
-    """Return bare MuJoCo on the way that the crowd goes, recorded once: it is always the same."""
-    tape = SamconRecorder(NUM_SAMPLES, cleaner.threads)
-    _search(cleaner, clip, tape)
-    bare = BareSamcon(tape, NUM_SAMPLES, cleaner.threads)
+    """Return the case of bare MuJoCo on the search's states and controls, recorded once: they are always the same."""
+    recorder = SamconRecorder(NUM_SAMPLES, cleaner.threads)
+    _search(cleaner, clip, recorder)
+    bare = BareSamcon(recorder, NUM_SAMPLES, cleaner.threads)
 
     def run() -> float:
         bare.run()  # it raises if it ends elsewhere

@@ -35,14 +35,12 @@ BENCHMARKS: dict[str, Callable[[str, int, Callable[[], None]], BenchmarkResult]]
     "train": benchmark_train,
     "worlds": benchmark_worlds,
 }
-PLOTTED_BENCHMARKS = ("contact",)  # benchmarks that draw a picture
+PLOTTED_BENCHMARKS = ("contact",)
 
 
-def main(arguments: list[str] | None = None) -> int:
+def main(arguments: list[str] | None = None, prog: str = "python -m eval.benchmark") -> int:
     """Run the command line; return the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="python -m eval.benchmark", description="Measure speed against peers and the limit of the machine."
-    )
+    parser = argparse.ArgumentParser(prog=prog, description="Measure speed against peers and the limit of the machine.")
     parser.add_argument("name", choices=sorted(BENCHMARKS), help="which benchmark")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there as well")
     parser.add_argument("--plot", type=Path, metavar="FILE", help=f"write a picture there, PNG ({', '.join(PLOTTED_BENCHMARKS)})")
@@ -63,7 +61,7 @@ def _run(options: argparse.Namespace) -> None:
 
 
 def _check(options: argparse.Namespace) -> None:
-    """Raise what is wrong before a minute is spent."""
+    """Raise an error for wrong options before any work."""
     if options.rounds < 1:
         raise InputError(f"--rounds is {options.rounds}, should be 1 or more")
     if options.plot and options.name not in PLOTTED_BENCHMARKS:

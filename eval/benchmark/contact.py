@@ -1,4 +1,4 @@
-"""How feet meet the ground in variants of the model, without a policy and with the package's, and what a control step costs in each."""
+"""Benchmark of ground contact: slip, depth and noise of feet in variants of the model, and the cost of a control step in each."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -26,7 +26,7 @@ from trainers.algorithms.policy_file import load_policy
 from trainers.evaluation.protocol import PolicyFn, zero_residual
 
 ROOT_HELD, POLICY = "held", "policy"
-MAX_ROOT_FORCE_BW = 0.4  # body weights that lead the root where there is no policy
+MAX_ROOT_FORCE_BW = 0.4  # largest assist force on the root where there is no policy
 CLIPS_PER_KIND = 2  # clips of each kind of another source
 NUM_TIMED_WORLDS, NUM_TIMED_STEPS = 64, 5
 
@@ -34,11 +34,11 @@ RecordingsByVariant = dict[str, dict[str, ContactRecording]]  # by variant and m
 
 
 def benchmark_contact(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> BenchmarkResult:
-    """Return what every variant of the model does to feet on the ground, and how quick it is.
+    """Return the measures of ground contact in every variant of the model, and its rate.
 
     Args:
-        motions: Folder of real motion that holds ``CLIPS``, or another source, of which two clips of each kind are taken.
-        rounds: How many rounds are kept of the timing; a round takes about five seconds, the measuring about two minutes.
+        motions: Folder of real motion that holds ``TEST_CLIPS``, or another source, of which two clips of each kind are taken.
+        rounds: Number of rounds of the timing to keep; a round takes about five seconds, the measurement about two minutes.
         after_round: Called after each round.
     """
     policy, _, spec = load_policy(PRETRAINED_POLICY)
@@ -65,7 +65,7 @@ def measure_contact(
     rounds: int,
     after_round: Callable[[], None] = lambda: None,
 ) -> BenchmarkResult:
-    """Return the same of clips by kind, a policy for a variant of the task, and variants of the model."""
+    """Return the measures for clips by kind, a policy, its variant of the task, and variants of the model."""
     library = MotionLibrary.from_clips([clip for each in clips.values() for clip in each])
     library = with_feed_forward(library) if spec.feed_forward else library
     names = [kind for kind, each in clips.items() for _ in each]
@@ -83,7 +83,7 @@ def measure_contact(
 
 
 def _timed(variant: ModelVariant, model: mujoco.MjModel, library: MotionLibrary, spec: MimicSpec, act: PolicyFn) -> BenchmarkCase:
-    """Return the vector env on a model, steps of a policy."""
+    """Return the benchmark case of a policy's steps in the vector env on a model."""
     env = AdaptMimicVectorEnv(library, NUM_TIMED_WORLDS, spec, physics=lambda worlds, threads: CpuPhysics(worlds, threads, model))
     seen, _ = env.reset(seed=0)
 
@@ -115,9 +115,11 @@ def _report(
     titles = {ROOT_HELD: "root held, no policy", POLICY: "the package's policy"}
     tables = [_table(titles[mode], {name: modes[mode] for name, modes in overall.items()}, cost) for mode in (ROOT_HELD, POLICY)]
     tables += [_table(f"{titles[POLICY]}, by kind of motion; {name}", by) for name, by in kinds.items()]
-    said = f"Root held, half the time step changes the slip by {halving:.0%}; a control step costs {cost[IN_USE]:.2f} times that of before."
-    picture = draw_contacts(steps, kinds, (PREVIOUS, IN_USE))
-    return BenchmarkResult("contact", "control steps/s", cases, rates, IN_USE, details=details, notes=(*tables, said), plot_png=picture)
+    summary = (
+        f"Root held, half the time step changes the slip by {halving:.0%}; a control step costs {cost[IN_USE]:.2f} times that of before."
+    )
+    plot_png = draw_contacts(steps, kinds, (PREVIOUS, IN_USE))
+    return BenchmarkResult("contact", "control steps/s", cases, rates, IN_USE, details=details, notes=(*tables, summary), plot_png=plot_png)
 
 
 _COLUMNS = {  # of the tables: title and decimals by measure
@@ -134,7 +136,7 @@ _COLUMNS = {  # of the tables: title and decimals by measure
 
 
 def _table(title: str, rows: Mapping[str, GroundContact], cost: Mapping[str, float] | None = None) -> Table:
-    """Return measures for people, a row for each model or kind of motion, and what a control step costs, times that of before."""
+    """Return a table of measures, a row for each model or kind of motion, with the cost of a control step relative to ``PREVIOUS``."""
     table = Table(title=title)
     table.add_column("")
     for name in (*(name for name, _ in _COLUMNS.values()), *(("cost",) if cost else ())):

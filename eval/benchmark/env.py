@@ -1,4 +1,4 @@
-"""How quick the envs are: against bare MuJoCo on the same states and controls, and against Gymnasium's own vector envs."""
+"""Benchmark of the envs against bare MuJoCo on the same states and controls, and against Gymnasium's own vector envs."""
 
 from collections.abc import Callable
 
@@ -13,7 +13,7 @@ from envs.vector_env import AdaptMimicVectorEnv
 from eval.benchmark.peers.bare_mujoco import BareBatch, BareStep, ControlRecorder
 from eval.benchmark.timing.interleaved import BenchmarkCase, BenchmarkResult, interleave
 
-MAX_ACTION = 0.1  # largest action: what a fresh policy explores
+MAX_ACTION = 0.1  # magnitude that a fresh policy explores
 SEED = 0
 
 
@@ -22,7 +22,7 @@ def benchmark_env(motions: str, rounds: int, after_round: Callable[[], None] = l
 
     Args:
         motions: Motion source.
-        rounds: How many rounds are kept; a round takes about two seconds.
+        rounds: Number of rounds to keep; a round takes about two seconds.
         after_round: Called after each round.
     """
     return measure_envs(load_motion_library(motions), rounds, after_round=after_round)
@@ -36,7 +36,7 @@ def measure_envs(
     steps: int = 20,
     after_round: Callable[[], None] = lambda: None,
 ) -> BenchmarkResult:
-    """Return the same of a library and sizes; ``steps`` control steps of ``worlds`` worlds make a block of the vector env."""
+    """Return the rates for a library and sizes; ``steps`` control steps of ``worlds`` worlds make a block of the vector env."""
     # Processes first, threads later: a fork of a process with threads is asking for trouble.
     peers = {
         f"AsyncVectorEnv {peer_worlds}": AsyncVectorEnv([_maker(library)] * peer_worlds, autoreset_mode=AutoresetMode.SAME_STEP),
@@ -57,11 +57,11 @@ def measure_envs(
 
 
 def _vector_pair(library: MotionLibrary, worlds: int, threads: int, steps: int) -> tuple[BenchmarkCase, BenchmarkCase]:
-    """Return our vector env and bare MuJoCo on as many threads."""
+    """Return the cases of our vector env and of bare MuJoCo on as many threads."""
     env = AdaptMimicVectorEnv(library, worlds, threads=threads)
-    env.physics = tape = ControlRecorder(worlds, threads)
+    env.physics = recorder = ControlRecorder(worlds, threads)
     env.reset(seed=SEED)
-    bare = BareBatch(tape, worlds, threads)
+    bare = BareBatch(recorder, worlds, threads)
     plural = f"{threads} thread{'s' * (threads > 1)}"
     limit = f"bare MuJoCo, {plural}"
     return (
@@ -69,7 +69,7 @@ def _vector_pair(library: MotionLibrary, worlds: int, threads: int, steps: int) 
             f"vector env, {plural}",
             f"ours, native: {worlds} worlds with observation, reward and autoreset",
             _stepping(env, steps),
-            tape.restart_recording,
+            recorder.restart_recording,
             limit,
         ),
         BenchmarkCase(limit, "mujoco.batch.Batch alone, through the same states and controls", bare.run, bare.prepare),
@@ -77,12 +77,12 @@ def _vector_pair(library: MotionLibrary, worlds: int, threads: int, steps: int) 
 
 
 def _single_pair(library: MotionLibrary, steps: int) -> tuple[BenchmarkCase, BenchmarkCase]:
-    """Return our single env and bare MuJoCo."""
+    """Return the cases of our single env and of bare MuJoCo."""
     env = gymnasium.make("AdaptMimic-v0", motions=library)
     batch: AdaptMimicVectorEnv = env.unwrapped.batch  # type: ignore[attr-defined]
-    batch.physics = tape = ControlRecorder(1, 1)
+    batch.physics = recorder = ControlRecorder(1, 1)
     env.reset(seed=SEED)
-    bare = BareStep(tape)
+    bare = BareStep(recorder)
     actions = _actions(steps, 1)[:, 0]
 
     def run() -> int:
@@ -93,15 +93,18 @@ def _single_pair(library: MotionLibrary, steps: int) -> tuple[BenchmarkCase, Ben
         return steps
 
     return (
-        BenchmarkCase("single env", 'gymnasium.make("AdaptMimic-v0")', run, tape.restart_recording, "bare mj_step"),
+        BenchmarkCase("single env", 'gymnasium.make("AdaptMimic-v0")', run, recorder.restart_recording, "bare mj_step"),
         BenchmarkCase(
-            "bare mj_step", f"mujoco.mj_step(model, data, {tape.steps}) alone, through the same states and controls", bare.run, bare.prepare
+            "bare mj_step",
+            f"mujoco.mj_step(model, data, {recorder.steps}) alone, through the same states and controls",
+            bare.run,
+            bare.prepare,
         ),
     )
 
 
 def _peer(name: str, env: VectorEnv, steps: int) -> BenchmarkCase:
-    """Return a vector env of Gymnasium's, made of our single env."""
+    """Return the case of a Gymnasium vector env of our single envs."""
     env.reset(seed=SEED)
     return BenchmarkCase(name, f"Gymnasium's, of {env.num_envs} of our single env", _stepping(env, steps))
 

@@ -1,4 +1,4 @@
-"""How quick one update of PPO is: against its own matrix products, and against the same update by other libraries."""
+"""Benchmark of one PPO update against its own matrix products, and against the same update by other libraries."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -20,7 +20,7 @@ from trainers.algorithms.rollout import Rollout, Step
 from trainers.collectors.cpu_collector import CpuCollector
 
 OURS, LIMIT, MKL = "ours", "its matrix products", "its matrix products, torch.mm"
-# By name of the row: the module without which it is left out, the class, and what differs.
+# By name of the row: module without which it is left out, class, and differences.
 PEERS = {
     "Stable-Baselines3": ("stable_baselines3", Sb3Learner, "PPO.train; observations come normalised, advantages are by minibatch"),
     "rsl_rl": ("rsl_rl", RslLearner, "PPO.update; observations come normalised, one order for all epochs, clips two norms"),
@@ -32,7 +32,7 @@ def benchmark_learner(motions: str, rounds: int, after_round: Callable[[], None]
 
     Args:
         motions: Motion source that the rollout follows.
-        rounds: How many rounds are kept; a round takes about four seconds.
+        rounds: Number of rounds to keep; a round takes about four seconds.
         after_round: Called after each round.
     """
     config = load_config(
@@ -44,7 +44,7 @@ def benchmark_learner(motions: str, rounds: int, after_round: Callable[[], None]
 def measure_learner(
     config: PpoConfig, library: MotionLibrary, rounds: int, after_round: Callable[[], None] = lambda: None
 ) -> BenchmarkResult:
-    """Return the same of a config and a library."""
+    """Return the rates for a config and a library."""
     threads = torch.get_num_threads()
     try:
         learner = PpoLearner(config)
@@ -80,7 +80,7 @@ def _ours(learner: PpoLearner, rollout: Rollout) -> BenchmarkCase:
 
 
 def _limits(config: PpoConfig, products: MatrixProducts) -> list[BenchmarkCase]:
-    """Return the products in the quickest way, and as PyTorch makes them by default where that is another."""
+    """Return the cases of the products in the quickest way, and as PyTorch does them by default where that differs."""
     if not HAS_ONEDNN:
         return [BenchmarkCase(LIMIT, "alone, by torch.mm", products.run)]
     return [
@@ -90,7 +90,7 @@ def _limits(config: PpoConfig, products: MatrixProducts) -> list[BenchmarkCase]:
 
 
 def _peers(config: PpoConfig, learner: PpoLearner, data: PeerData) -> tuple[list[BenchmarkCase], list[str]]:
-    """Return the peers that are installed, and the names of those that are not."""
+    """Return the cases of the peers that are installed, and the names of those that are not."""
     cases, missing = [], []
     for name, (module, build, what) in PEERS.items():
         if find_spec(module) is None:

@@ -1,4 +1,4 @@
-"""How quickly frames of the live service are answered: beside the bare network, and a network that sees its whole second each time.
+"""Benchmark of the live service: rates and answer times of frames, beside the bare network and a network that sees its whole second.
 
 A frame is all that happens between a line that was read and one to be written: decoding, calibration, network, upper body, held feet and
 encoding, on one thread. A user sends 45 a second, 20 users need 900. One row goes through sockets to a service in another process.
@@ -31,16 +31,16 @@ from eval.live.virtual_user import TrackerReplay, replay_as_trackers
 from eval.study.lobstr.variants import USER_HEIGHTS_CM
 
 USERS = 20
-FRAMES_PER_ROUND = 180  # of each user in a round
+FRAMES_PER_ROUND = 180  # of each user
 OURS, LIMIT, WINDOWED = "one user", "network step", "one user, windows"
 _WARM_UP_FRAMES = CALIBRATION_FRAMES + WINDOW_FRAMES + 10  # frames after which everybody is live
 
 
 class SimulatedUsers:
-    """Virtual users who perform a clip again and again, each from somewhere else in it on."""
+    """Virtual users who perform a clip again and again, each from another frame on."""
 
     def __init__(self, clip: BodyMotion, count: int) -> None:
-        """Take a clip at 45 fps."""
+        """Simulate the trackers of ``count`` users on a clip at 45 fps."""
         self.codec = Codec.of("openxr")
         self._done = [replay_as_trackers(clip, USER_HEIGHTS_CM[user % len(USER_HEIGHTS_CM)] / 100.0, user) for user in range(count)]
         self._frames = [_endless(done, user * len(clip) // count) for user, done in enumerate(self._done)]
@@ -57,10 +57,10 @@ class SimulatedUsers:
 
 
 class TimedFrames:
-    """Frames of users, put through something that answers them, round by round."""
+    """Times the answers to users' frames, round by round."""
 
     def __init__(self, users: SimulatedUsers, answer: Callable[[Sequence[bytes]], Sequence[bytes]]) -> None:
-        """Have everybody live."""
+        """Calibrate and warm up, until all users are live."""
         self._users, self._answer = users, answer
         self._lines: list[list[bytes]] = []
         self._waits: list[float] = []
@@ -71,11 +71,11 @@ class TimedFrames:
             raise RuntimeError("a user is not live after calibration and warm-up: the benchmark would measure something else")
 
     def prepare(self) -> None:
-        """Write the lines of a round."""
+        """Encode the lines of a round."""
         self._lines = [self._users.lines() for _ in range(FRAMES_PER_ROUND)]
 
     def run(self) -> float:
-        """Have them answered; return how many they were."""
+        """Answer the lines; return the number of frames."""
         for lines in self._lines:
             begin = perf_counter()
             self._answer(lines)
@@ -83,21 +83,21 @@ class TimedFrames:
         return float(sum(map(len, self._lines)))
 
     def latencies_s(self) -> np.ndarray:
-        """Return how long each call took [s], but for the first round, which warms up."""
+        """Return the duration of each call [s], without the first round, which warms up."""
         return np.array(self._waits[FRAMES_PER_ROUND:])
 
 
 class WindowStream(LowerBodyStream):
-    """The paper's way: the network sees the whole last second of every frame; its features are kept."""
+    """Stream in the paper's way: the network sees the whole last second in every frame; its features are kept."""
 
     def __init__(self, model: LobstrModel, users: int) -> None:
-        """Follow ``users`` people."""
+        """Begin the streams of ``users`` users."""
         super().__init__(model, users)
         self._windows = np.zeros((users, WINDOW_FRAMES, model.spec.features), dtype=np.float32)
 
     @torch.inference_mode()
     def push(self, rows: np.ndarray, joints: TrackerPoses) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Take the next frame of some users; arguments and result are those of ``LowerBodyStream``."""
+        """Process the next frame of some users; arguments and result are those of ``LowerBodyStream``."""
         before = TrackerPoses(*(part[rows] if self._seen[rows].all() else new for part, new in zip(self._before, joints, strict=True)))
         for stored, new in zip(self._before, joints, strict=True):
             stored[rows] = new
@@ -111,11 +111,11 @@ class WindowStream(LowerBodyStream):
 
 
 def benchmark_live(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> BenchmarkResult:
-    """Return how quickly the package's network answers.
+    """Return the rates and answer times of the package's network.
 
     Args:
         motions: Motion source, of whose clips the longest is performed.
-        rounds: How many rounds are kept; a round takes about four seconds.
+        rounds: Number of rounds to keep; a round takes about four seconds.
         after_round: Called after each round.
     """
     return measure_live(PRETRAINED_LOBSTR, max(load_clips(motions, fps=TRACKER_RATE_HZ), key=len), rounds, after_round)
@@ -124,7 +124,7 @@ def benchmark_live(motions: str, rounds: int, after_round: Callable[[], None] = 
 def measure_live(
     file: Path, clip: BodyMotion, rounds: int, after_round: Callable[[], None] = lambda: None, users: int = USERS
 ) -> BenchmarkResult:
-    """Return the same of a network's file and a clip at 45 fps, with so many users."""
+    """Return the rates and answer times for a network's file, a clip at 45 fps and a number of users."""
     with torch_threads(1), ExitStack() as stack:
         cases, blocks = _cases(file, clip, users, stack)
         rates = interleave(cases, rounds, after_round)
@@ -133,7 +133,7 @@ def measure_live(
 
 
 def _cases(file: Path, clip: BodyMotion, count: int, stack: ExitStack) -> tuple[list[BenchmarkCase], dict[str, TimedFrames]]:
-    """Return what is timed, and the blocks of those that somebody waits for; ``stack`` ends the service."""
+    """Return the benchmark cases, and the blocks of those with answer times; ``stack`` ends the service."""
     model, one, many = LobstrModel.load(file)[0], SimulatedUsers(clip, 1), SimulatedUsers(clip, count)
     windowed = LiveBodySolver(model, 1)
     windowed._stream = WindowStream(model, 1)
@@ -171,7 +171,7 @@ def _cases(file: Path, clip: BodyMotion, count: int, stack: ExitStack) -> tuple[
 
 
 def _answering(bodies: LiveBodySolver, codec: Codec) -> Callable[[Sequence[bytes]], Sequence[bytes]]:
-    """Return what answers a frame of each user, from lines to lines."""
+    """Return a function that answers a frame of each user, from lines to lines."""
     rows = np.arange(bodies.users)
 
     def answer(lines: Sequence[bytes]) -> Sequence[bytes]:

@@ -1,7 +1,7 @@
-"""How quick root models are, frame by frame and on whole clips: against their bare networks and against plainer ways to a root.
+"""Benchmark of root models, frame by frame and on whole clips, against their bare networks and plainer reconstructions of a root.
 
-The models are built as ``configs/`` says and not trained: speed does not depend on what weights are. Everything runs on one
-thread. A performance at 100 Hz is followed in real time at 100 frames/s.
+The models are built from ``configs/`` and not trained: speed does not depend on the weights. Everything runs on one thread.
+Motion at 100 Hz is real time at 100 frames/s.
 """
 
 from collections.abc import Callable
@@ -35,12 +35,12 @@ PEERS = ("Root3D in plain PyTorch", "foot contacts")
 
 @dataclass(frozen=True)
 class RootTask:
-    """What all cases work on.
+    """Input of all cases.
 
     Attributes:
-        clip: At 100 Hz.
-        accelerations: Of its sensors [m/s^2], shape (N, 19, 3).
-        frames: How many of its frames are streamed in a round; whole clips are taken whole.
+        clip: Clip at 100 Hz.
+        accelerations: Free accelerations of its sensors [m/s^2], shape (N, 19, 3).
+        frames: Number of frames that are streamed in a round; whole-clip cases take all.
     """
 
     clip: BodyMotion
@@ -53,7 +53,7 @@ def benchmark_root(motions: str, rounds: int, after_round: Callable[[], None] = 
 
     Args:
         motions: Motion source, of whose clips the longest is taken.
-        rounds: How many rounds are kept; a round takes about two seconds.
+        rounds: Number of rounds to keep; a round takes about two seconds.
         after_round: Called after each round.
     """
     clip = resample(max(load_clips(motions), key=lambda clip: clip.seconds), ROOT_RATE_HZ)
@@ -61,10 +61,10 @@ def benchmark_root(motions: str, rounds: int, after_round: Callable[[], None] = 
 
 
 def measure_root(task: RootTask, rounds: int, after_round: Callable[[], None] = lambda: None) -> BenchmarkResult:
-    """Return the same of a task.
+    """Return the rates for a task.
 
     Raises:
-        InputError: If it is shorter than a window.
+        InputError: If the task is shorter than a window.
     """
     root3d, planar = _untrained("root3d"), _untrained("planar")
     check_length(planar.spec, task.frames)
@@ -73,7 +73,7 @@ def measure_root(task: RootTask, rounds: int, after_round: Callable[[], None] = 
         *_whole_clips("Root3D", root3d, task),
         *_whole_clips("planar", planar, task),
         BenchmarkCase(PEERS[0], "a frame a call: root_frames of the last 8, PyTorch's module, the filter", _plainly(root3d, task)),
-        BenchmarkCase(PEERS[1], "imu_fusion.track_root: standing feet and the pelvis' acceleration, whole clip", _by_contacts(task)),
+        BenchmarkCase(PEERS[1], "track_root: standing feet and the pelvis' acceleration, whole clip", _by_contacts(task)),
     ]
     with torch_threads(1):
         rates = interleave(cases, rounds, after_round)
@@ -81,13 +81,13 @@ def measure_root(task: RootTask, rounds: int, after_round: Callable[[], None] = 
 
 
 def _untrained(name: str) -> RootModel:
-    """Return a model of the kind that ``configs/<name>.yaml`` trains."""
+    """Return an untrained model of ``configs/<name>.yaml``."""
     spec = load.load_config(RootConfig, load.CONFIG_DIR / f"{name}.yaml").model
     return RootModel(spec).eval()
 
 
 def _streams(root3d: RootModel, planar: RootModel, task: RootTask) -> list[BenchmarkCase]:
-    """Return both models frame by frame, and their networks alone on as many windows."""
+    """Return the cases of both models frame by frame, and of their networks alone on as many windows."""
     alone, planar_alone = "Root3D network, unrolled", "planar network, a window a call"
     windows = _windows(root3d, task.clip, task.accelerations).numpy()[: task.frames]
     real_time = f"ours, a frame a call, all that reconstruct_root does; real time is {ROOT_RATE_HZ:g}"
@@ -100,7 +100,7 @@ def _streams(root3d: RootModel, planar: RootModel, task: RootTask) -> list[Bench
 
 
 def _whole_clips(name: str, model: RootModel, task: RootTask) -> list[BenchmarkCase]:
-    """Return a model on the whole clip, and its network alone on all windows."""
+    """Return the cases of a model on the whole clip, and of its network alone on all windows."""
     limit = f"{name} network, in batches"
 
     def run() -> int:
@@ -156,7 +156,7 @@ def _module_alone(model: RootModel, task: RootTask, batch: int, count: int) -> C
 
 
 def _plainly(model: RootModel, task: RootTask) -> Callable[[], int]:
-    """Return a block that reads Root3D's path frame by frame with the tools of whole clips."""
+    """Return a block that predicts Root3D's path frame by frame with the functions for whole clips."""
     window = model.spec.window
 
     def run() -> int:
@@ -170,7 +170,7 @@ def _plainly(model: RootModel, task: RootTask) -> Callable[[], int]:
 
 
 def _by_contacts(task: RootTask) -> Callable[[], int]:
-    """Return a block that finds the path as a suit's software does."""
+    """Return a block that tracks the root by foot contacts, as a suit's software does."""
 
     def run() -> int:
         return len(track_root(task.clip.local_rotations, task.accelerations[:, 0], 1.0))

@@ -1,6 +1,6 @@
-"""How far a training scales: its parts are timed on this machine, clusters of 2 to 10,000 cores are simulated with what they take.
+"""Benchmark of scaling: the parts of a training are timed on this machine, clusters of 2 to 10,000 cores are simulated with their costs.
 
-Real iterations of a training on two cores, in the same run, tell how well the simulation predicts them.
+Real iterations of a training on two cores, in the same run, show how well the simulation predicts them.
 """
 
 from collections.abc import Callable, Sequence
@@ -35,7 +35,7 @@ from trainers.distributed.ray_cluster import RayCluster
 from trainers.distributed.ray_pool import MIN_STRAGGLER_S, STRAGGLER_FACTOR
 
 PREDICTED = "2 cores, simulated"
-_IDEAL_CLUSTER = Cluster(straggler_share=0.0, node_mtbf=np.inf, checkpoint_every=10**9)  # this machine, during this run
+_IDEAL_CLUSTER = Cluster(straggler_share=0.0, node_mtbf=np.inf, checkpoint_every=10**9)  # this machine during the run
 
 
 def benchmark_scale(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> BenchmarkResult:
@@ -43,7 +43,7 @@ def benchmark_scale(motions: str, rounds: int, after_round: Callable[[], None] =
 
     Args:
         motions: Motion source.
-        rounds: How many rounds are kept; a round takes about seven seconds.
+        rounds: Number of rounds to keep; a round takes about seven seconds.
         after_round: Called after each round.
     """
     overrides = [
@@ -59,7 +59,7 @@ def benchmark_scale(motions: str, rounds: int, after_round: Callable[[], None] =
 def measure_scale(
     config: PpoConfig, library: MotionLibrary, rounds: int, after_round: Callable[[], None] = lambda: None
 ) -> BenchmarkResult:
-    """Return the same of a config with one actor, and a library."""
+    """Return the rates for a config with one actor, and a library."""
     threads = torch.get_num_threads()
     try:
         with TemporaryDirectory() as folder, RayCluster(config, library, np.ones(len(library.clips))) as cluster:
@@ -74,13 +74,13 @@ def measure_scale(
 def report_scaling(
     cases: Sequence[BenchmarkCase], rates: dict[str, np.ndarray], config: PpoConfig, sizes: dict[str, float]
 ) -> BenchmarkResult:
-    """Return what simulations say.
+    """Return the measured rates with those of simulated trainings.
 
     Args:
-        cases: What was timed.
-        rates: Of each in each round, shape (rounds,).
-        config: Of the training whose parts they are.
-        sizes: See ``Parts.sizes``.
+        cases: Parts of the training that were timed.
+        rates: Rates of each part by name, shape (rounds,).
+        config: Run configuration of the training.
+        sizes: Sizes by name; see ``MeasuredParts.sizes``.
     """
     spread, collect = _spread(rates[ACTOR]), config.collect
     cluster = Cluster(patience=STRAGGLER_FACTOR, patience_seconds=MIN_STRAGGLER_S, checkpoint_every=config.checkpoint_every)
@@ -108,7 +108,11 @@ def report_scaling(
         notes=[
             cost_text(typical, ratio),
             assumption_text(cluster, typical.learner_rate),
-            *(sizes_table(select_rows(rows, reading, learner), core_rate) for reading in BATCH_SCALINGS for learner in LEARNERS),
+            *(
+                sizes_table(select_rows(rows, batch_scaling, learner), core_rate)
+                for batch_scaling in BATCH_SCALINGS
+                for learner in LEARNERS
+            ),
             stops_table(rows, core_rate),
         ],
     )
@@ -117,7 +121,7 @@ def report_scaling(
 def _simulated(
     cores: int, costs: Sequence[Costs], core_rates: np.ndarray, cluster: Cluster
 ) -> tuple[list[BenchmarkCase], dict[str, np.ndarray]]:
-    """Return the rows of a cluster of so many cores, and their rates by round."""
+    """Return the cases of a cluster of ``cores`` cores, and their rates by round."""
     limit = f"{cores:,} cores, linear"
     what = {
         True: "simulated: where scaling stops paying with the learner that was measured, on cores of its own",
@@ -135,6 +139,6 @@ def _simulated(
 
 
 def _spread(rates: np.ndarray) -> float:
-    """Return the standard deviation of a normal logarithm, from the median absolute one: a disturbed round or two should not count."""
+    """Return the standard deviation of the rates' logarithm, from the median absolute deviation: a few disturbed rounds do not count."""
     logarithm = np.log(rates)
     return 1.4826 * float(np.median(np.abs(logarithm - np.median(logarithm))))

@@ -1,4 +1,4 @@
-"""How quickly training goes from collection to update, and how soon it has learnt two clips: ours and Stable-Baselines3's."""
+"""Benchmark of training: rates of whole iterations, and time until two clips are learnt, ours and Stable-Baselines3's."""
 
 import sys
 from collections.abc import Callable, Iterable, Sequence
@@ -47,11 +47,11 @@ MIB = 2**20
 
 
 def benchmark_train(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> BenchmarkResult:
-    """Return samples per second of whole iterations, and how long it takes to learn two clips.
+    """Return samples per second of whole iterations, and the time until two clips are learnt.
 
     Args:
         motions: Motion source; two clips of it are learnt.
-        rounds: How many rounds of one iteration each are kept; a round takes some fifteen seconds.
+        rounds: Number of rounds of one iteration each to keep; a round takes some fifteen seconds.
         after_round: Called after each round.
 
     Raises:
@@ -66,7 +66,7 @@ def benchmark_train(motions: str, rounds: int, after_round: Callable[[], None] =
 
 
 def choose_two_clips(library: MotionLibrary) -> MotionLibrary:
-    """Return two clips: the first two walks, or whatever comes first where there are none.
+    """Return two clips: the first two walks, filled up with the first other clips.
 
     Raises:
         InputError: If fewer than two are long enough to be evaluated on.
@@ -86,7 +86,7 @@ def measure_train(
     peer_envs: Sequence[PeerEnvs],
     after_round: Callable[[], None] = lambda: None,
 ) -> BenchmarkResult:
-    """Return the same of any clips and settings, with one race a seed, and the quickest of the given vector envs for the peer."""
+    """Return the same for any clips and settings, with one comparison per seed, and the quickest of the given vector envs for the peer."""
     every_pass = _with_learner(task, target_kl=0.0)  # the same work for all
     found = {envs: _rate_of(partial(peer_training, every_pass, envs)) for envs in peer_envs}
     envs = max(found, key=lambda one: found[one])
@@ -109,13 +109,13 @@ def _with_learner(task: TrainingTask, **changes: Any) -> TrainingTask:
 
 
 def _with_actors(task: TrainingTask, actors: int, threads: int) -> TrainingTask:
-    """Return the task with so many of Ray's actors, and the same batch."""
+    """Return the task with ``actors`` Ray actors, and the same batch."""
     collect = replace(task.config.collect, actors=actors, threads=threads, envs=task.config.collect.envs // actors)
     return replace(task, config=replace(task.config, collect=collect))
 
 
 def _rate_of(make: Callable[[], Any]) -> float:
-    """Return the better of two iterations after one that warms up [samples/s]."""
+    """Return the better rate of two iterations after one that warms up [samples/s]."""
     with TrainingProcess("a trial", make) as process:
         process.call(iterate)
         rates = []
@@ -128,7 +128,7 @@ def _rate_of(make: Callable[[], Any]) -> float:
 def _rates(
     task: TrainingTask, envs: PeerEnvs, rounds: int, after_round: Callable[[], None]
 ) -> tuple[list[BenchmarkCase], dict[str, np.ndarray], dict[str, int]]:
-    """Return the cases, their rates [samples/s] and how much memory each takes at most [bytes]."""
+    """Return the cases, their rates [samples/s] and the peak memory of each [bytes]."""
     ways = {
         OURS: ("collects and learns on two threads", partial(our_training, task)),
         "ours, Ray, 1 actor of 2": ("one actor of Ray's with two threads collects", partial(our_training, _with_actors(task, 1, 2))),
@@ -149,7 +149,7 @@ def _rates(
 
 
 def _pause_but(one: TrainingProcess[Any], processes: Iterable[TrainingProcess[Any]]) -> None:
-    """Let only one go on: Ray's own processes are never quite idle."""
+    """Pause all processes but one: Ray's own are never quite idle."""
     for other in processes:
         if other is not one:
             other.pause()
@@ -157,7 +157,7 @@ def _pause_but(one: TrainingProcess[Any], processes: Iterable[TrainingProcess[An
 
 
 def _times_to_score(task: TrainingTask, envs: PeerEnvs, time_to_score: TimeToScore, seeds: Sequence[int]) -> dict[str, dict[str, Any]]:
-    """Return, of ours and the peer, when each seed's race brought them to the goal, and the medians of that."""
+    """Return the time to the score of ours and the peer for each seed, and the medians."""
     seeded = [replace(task, config=replace(task.config, seed=seed)) for seed in seeds]
     ways = {OURS: our_training, PEER: partial(peer_training, envs=envs)}
     ran: dict[str, list[dict[str, Any]]] = {name: [] for name in ways}
@@ -168,8 +168,8 @@ def _times_to_score(task: TrainingTask, envs: PeerEnvs, time_to_score: TimeToSco
                 Contestant(name, partial(it.call, iterate), partial(it.call, training_length_ratio)) for name, it in processes.items()
             ]
             time_to_score.run(contestants, partial(_log_evaluation, one.config.seed))
-        for runner in contestants:
-            ran[runner.name].append({"seed": one.config.seed, **time_to_score.result(runner)})
+        for contestant in contestants:
+            ran[contestant.name].append({"seed": one.config.seed, **time_to_score.result(contestant)})
     return {
         name: {**{key: median_of([one[key] for one in results]) for key in TIME_TO_SCORE_KEYS}, "runs": results}
         for name, results in ran.items()
@@ -177,7 +177,7 @@ def _times_to_score(task: TrainingTask, envs: PeerEnvs, time_to_score: TimeToSco
 
 
 def median_of(found: Sequence[float | None]) -> float | None:
-    """Return the median of figures of which None is beyond all others; None if it is beyond."""
+    """Return the median of figures of which None is larger than all others; None if the median is."""
     middle = float(np.median([np.inf if one is None else one for one in found]))
     return middle if np.isfinite(middle) else None
 
@@ -189,7 +189,7 @@ def _log_evaluation(seed: int, contestant: Contestant) -> None:
 
 
 def _notes(details: dict[str, Any], time_to_score: TimeToScore) -> list[Table | str]:
-    """Return what is no rate, for people."""
+    """Return everything beside the rates as tables and lines."""
     table = Table(
         title=f"until episode_length_ratio is {time_to_score.target_score:g} on {' and '.join(details['clips'])}",
         caption=f"deterministic policies on the same starts, each {time_to_score.evaluation_interval_s:g} s of training; "

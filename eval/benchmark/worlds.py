@@ -1,4 +1,4 @@
-"""How quick the env of a GPU and its training are, and what memory it takes, by number of worlds on the device that there is."""
+"""Benchmark of the torch env and its training: rates and memory by number of worlds, on a GPU or on the CPU."""
 
 import os
 from collections.abc import Callable, Mapping
@@ -20,7 +20,7 @@ from trainers.algorithms.ppo_config import CollectConfig, LearnerConfig, Network
 from trainers.ppo.workers import build_workers
 from trainers.runs.device import device_name, resolve_device
 
-MAX_ACTION = 0.1  # largest action: what a fresh policy explores
+MAX_ACTION = 0.1  # magnitude that a fresh policy explores
 HIDDEN, HORIZON, EPOCHS, MINIBATCH = (512, 256), 16, 4, 16384  # of the training; a smaller batch is one minibatch
 NO_MJLAB = """
 mjlab's tracking env was not compared: mjlab 1.6 asks for mujoco 3.11, this project for 4.0,
@@ -30,12 +30,12 @@ so that they cannot be installed together; its task comes without a motion to tr
 
 @dataclass(frozen=True)
 class BenchmarkSizes:
-    """What is measured.
+    """Sizes of the benchmark.
 
     Attributes:
         steps: Control steps of a block by number of worlds, ascending.
         native_worlds: Worlds of the native env.
-        native_steps: Control steps of its block.
+        native_steps: Control steps of a block of the native env.
     """
 
     steps: Mapping[int, int]
@@ -53,13 +53,14 @@ class BareWarpPhysics(WarpPhysics):
     """The simulation alone: nothing is measured, checked or reset.
 
     Attributes:
-        initial_state: State in which every step begins, such as an env's: without resets, bodies would soon lie on the ground, more work.
+        initial_state: State in which every step begins, such as an env's; without resets bodies would soon lie on the ground, which is
+            more work.
     """
 
     initial_state: dict[str, torch.Tensor]
 
     def repeat_step(self, steps: int) -> None:
-        """Simulate the same control step so many times; going back to where it begins takes next to nothing."""
+        """Simulate the same control step several times; restoring its initial state takes next to nothing."""
         for _ in range(steps):
             for name, tensor in self.initial_state.items():
                 self._shared[name].copy_(tensor)
@@ -71,7 +72,7 @@ def benchmark_worlds(motions: str, rounds: int, after_round: Callable[[], None] 
 
     Args:
         motions: Motion source.
-        rounds: How many rounds are kept; a round takes some thirteen seconds on two cores.
+        rounds: Number of rounds to keep; a round takes some thirteen seconds on two cores.
         after_round: Called after each round.
 
     Raises:
@@ -85,7 +86,7 @@ def benchmark_worlds(motions: str, rounds: int, after_round: Callable[[], None] 
 def measure_worlds(
     library: MotionLibrary, rounds: int, sizes: BenchmarkSizes, device: torch.device, after_round: Callable[[], None] = lambda: None
 ) -> BenchmarkResult:
-    """Return the same of a library, sizes and a device."""
+    """Return the rates for a library, sizes and a device."""
     envs, memory = build_envs_and_measure_memory(library, list(sizes.steps), device)
     native = _native(library, sizes)
     with ExitStack() as stack:

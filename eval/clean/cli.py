@@ -19,9 +19,8 @@ from eval.clean.pipeline import CleaningPipeline
 from eval.clean.report import write_clip_report, write_folder_report
 from eval.clean.result import CleaningResult
 from eval.pages.output_files import check_writable, reporting_write_errors
+from trainers.runs.device import available_cores
 from trainers.runs.run_log import make_console
-
-THREADS = 2
 
 
 def pair_inputs_with_outputs(source: Path, target: Path) -> Iterator[tuple[Path, Path]]:
@@ -54,7 +53,7 @@ def pair_inputs_with_outputs(source: Path, target: Path) -> Iterator[tuple[Path,
 
 
 def clean_files(source: Path, target: Path, report: Path | None, pipeline: CleaningPipeline, mapping: JointMapping | None) -> None:
-    """Clean a clip, or all clips of a folder, and tell each in a line.
+    """Clean a clip, or all clips of a folder, and print a line for each.
 
     Raises:
         InputError: If a clip cannot be cleaned; of a folder at the end, after all that can.
@@ -91,21 +90,22 @@ def clean_files(source: Path, target: Path, report: Path | None, pipeline: Clean
 
 
 def _line(file: Path, out: Path, cleaned: CleaningResult, seconds: float) -> str:
-    """Return what is to be said of a cleaned clip."""
+    """Return the line that is printed of a cleaned clip."""
     trusted = 100.0 * float(cleaned.confidence.mean())
     told = "".join(f"\n  {notice}" for notice in cleaned.notices)
     began = f", began again {len(cleaned.restarts)} times" if cleaned.restarts else ""
     return f"{file.name} -> {out}: {cleaned.before.seconds:.1f} s in {seconds:.1f} s; {trusted:.0f} % of it is physics{began}{told}"
 
 
-def main(arguments: list[str] | None = None) -> int:
+def main(arguments: list[str] | None = None, prog: str = "python -m eval.clean") -> int:
     """Run the command line; return the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m eval.clean", description="Clean motion capture: BVH in, clean BVH out, same skeleton.")
+    parser = argparse.ArgumentParser(prog=prog, description="Clean motion capture: BVH in, clean BVH out, same skeleton.")
     parser.add_argument("source", type=Path, metavar="IN", help="a BVH file, or a folder of them")
     parser.add_argument("--out", type=Path, required=True, metavar="OUT", help="the clean BVH file, or the folder of them")
     parser.add_argument("--report", type=Path, metavar="DIR", help="write a page with before and after there")
     parser.add_argument("--mapping", type=Path, metavar="FILE", help="YAML that names joints, unit or up axis, as in 'thigh_l: LeftUpLeg'")
     parser.add_argument("--policy", type=Path, metavar="FILE", default=PRETRAINED_POLICY, help="another policy than the package's")
+    parser.add_argument("--threads", type=int, metavar="N", default=available_cores(), help="cores to use (default: all, %(default)s here)")
     options = parser.parse_args(arguments)
     return run_command(lambda: _run(options))
 
@@ -113,9 +113,11 @@ def main(arguments: list[str] | None = None) -> int:
 def _run(options: argparse.Namespace) -> None:
     if options.report:
         check_writable(options.report, "--report")
-    torch.set_num_threads(THREADS)
+    if options.threads < 1:
+        raise InputError(f"--threads {options.threads} should be 1 or more")
+    torch.set_num_threads(options.threads)
     mapping = read_mapping(options.mapping) if options.mapping else None
-    clean_files(options.source, options.out, options.report, CleaningPipeline.load(options.policy, THREADS), mapping)
+    clean_files(options.source, options.out, options.report, CleaningPipeline.load(options.threads, options.policy), mapping)
 
 
 if __name__ == "__main__":

@@ -1,15 +1,14 @@
-"""A BVH in, a clean BVH out: reading, the stages of ``eval.clean.stages``, and the way back to the performer's skeleton."""
+"""The cleaning pipeline, BVH in, clean BVH out: each stage is one line of ``CleaningPipeline.clean``."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from agents.policy.policy import Policy
 from agents.weights.pretrained import PRETRAINED_POLICY
-from datasets.cleanup.ground_levelling import is_floating
-from datasets.cleanup.off_feet_segments import OffFeetSpan, find_off_feet_spans
+from datasets.cleanup.off_feet_segments import OffFeetSpan
 from datasets.cleanup.performer_foot_lock import lock_performer_feet
 from datasets.formats.bvh import Bvh
 from datasets.motion.clip import FPS, BodyMotion
@@ -20,19 +19,18 @@ from datasets.retarget.retarget import retarget, retarget_with
 from datasets.retarget.transfer_back import to_performer_bvh, transfer_back
 from envs.mimic.spec import MimicSpec
 from eval.clean.result import CleaningResult
-from eval.clean.stages import frame_mask, reconstruct_missing_root, repair_kinematically, simulate_grounded_spans
+from eval.clean.simulate_clip import SimulatedClip
+from eval.clean.stages import frame_mask, locate_root, repair_kinematically, simulate_grounded_spans
 from trainers.algorithms.policy_file import load_policy
-
-MIN_CONFIDENCE = 0.05  # trust below which a frame has nothing of physics in it
 
 
 @dataclass(frozen=True)
 class CleaningPipeline:
-    """What cleans: a policy, and on how many threads.
+    """The stages of cleaning with a policy.
 
     Attributes:
-        policy: Trained for ``spec``; none to leave physics out.
-        spec: Variant of the task.
+        policy: Policy that was trained for ``spec``; None leaves physics out.
+        spec: Variant of the mimicking task.
         threads: Native threads of the simulation.
     """
 
@@ -41,8 +39,8 @@ class CleaningPipeline:
     threads: int
 
     @classmethod
-    def load(cls, path: Path = PRETRAINED_POLICY, threads: int = 2) -> Self:
-        """Return the cleaner with the policy of a file, the package's by default.
+    def load(cls, threads: int, path: Path = PRETRAINED_POLICY) -> Self:
+        """Return the pipeline with the policy of a file, the package's by default.
 
         Raises:
             InputError: If there is no such file, or it holds no policy.
@@ -53,41 +51,47 @@ class CleaningPipeline:
     def clean(
         self, bvh: Bvh, name: str, mapping: JointMapping | None = None, truth: BodyMotion | None = None
     ) -> tuple[Bvh, CleaningResult]:
-        """Return a cleaned clip: what to write, and what is to be told of it.
+        """Return a cleaned clip: the BVH to write, and the clip before and after for the report.
 
         Args:
-            bvh: What was read.
-            name: Of the clip, for people.
-            mapping: What is known of its joints, unit and axes.
-            truth: The clean clip behind it at 60 fps, where it is known; it is told beside the others, never used.
+            bvh: Parsed input file.
+            name: Name of the clip in messages and in the report.
+            mapping: Joint names, unit and axes that the user gave.
+            truth: Clean clip behind the input at 60 fps, where it is known; measured in the report, never used.
 
         Raises:
-            InputError: If nothing human is found in the file.
+            InputError: If no human skeleton is found in the file.
         """
-        retargeted = retarget(performer_clip_from_bvh(bvh, name, mapping))
+        performer = performer_clip_from_bvh(bvh, name, mapping)  # own skeleton, in metres, Z up
+        retargeted = retarget(performer)  # 20 bodies, own rate
         recorded = resample(retargeted.motion, FPS)
-        off_feet = find_off_feet_spans(recorded)
-        # Somebody in the air who neither climbs nor is carried hangs there by the recording's fault.
-        has_root = recorded.rooted and (bool(off_feet) or not is_floating(recorded))
-        rooted = recorded if has_root else reconstruct_missing_root(recorded)
-        off_feet = off_feet if has_root else find_off_feet_spans(rooted)
-        simulated = simulate_grounded_spans(self.policy, self.spec, repair_kinematically(rooted, off_feet), off_feet, self.threads)
-        at_own_rate = resample_to(simulated.motion, len(retargeted.motion), retargeted.motion.fps)
-        nearest = np.minimum(np.arange(len(at_own_rate)) * FPS / at_own_rate.fps + 0.5, len(recorded) - 1).astype(int)
-        level = ~frame_mask(off_feet, len(recorded))
-        output = lock_performer_feet(transfer_back(retargeted, at_own_rate), retargeted, simulated.contacts[nearest], level[nearest])
-        cleaned = CleaningResult(
-            name,
-            recorded,
-            replace(resample(retarget_with(retargeted, output), FPS), name=name),
-            simulated.contacts,
-            simulated.confidence,
-            simulated.confidence < MIN_CONFIDENCE,
-            tuple(start / FPS for start in simulated.segment_starts[1:]),
-            _notices(rooted is not recorded, off_feet),
-            truth,
-        )
-        return to_performer_bvh(bvh, retargeted.performer_clip, output), cleaned
+        rooted, off_feet = locate_root(recorded)
+        repaired = repair_kinematically(rooted, off_feet)
+        simulated = simulate_grounded_spans(self.policy, self.spec, repaired, off_feet, self.threads)
+        at_own_rate = _to_recording_rate(simulated, off_feet, retargeted.motion)
+        transferred = transfer_back(retargeted, at_own_rate.motion)  # own skeleton again
+        output = lock_performer_feet(transferred, retargeted, at_own_rate.contacts, at_own_rate.level)
+        cleaned = replace(resample(retarget_with(retargeted, output), FPS), name=name)
+        restarts = tuple(start / FPS for start in simulated.segment_starts[1:])
+        notices = _notices(rooted is not recorded, off_feet)
+        result = CleaningResult(name, recorded, cleaned, simulated.contacts, simulated.confidence, restarts, notices, truth)
+        return to_performer_bvh(bvh, performer, output), result
+
+
+class _ClipAtOwnRate(NamedTuple):
+    """A clip of T frames at the recording's own rate: when each foot bears weight, and when the ground is level."""
+
+    motion: BodyMotion
+    contacts: np.ndarray  # (T, 2)
+    level: np.ndarray  # (T,)
+
+
+def _to_recording_rate(simulated: SimulatedClip, off_feet: list[OffFeetSpan], recording: BodyMotion) -> _ClipAtOwnRate:
+    """Return a simulated clip at the rate of its recording; contacts and level ground are those of the nearest frame at 60 fps."""
+    motion = resample_to(simulated.motion, len(recording), recording.fps)
+    frames = len(simulated.contacts)
+    nearest = np.minimum(np.arange(len(motion)) * FPS / motion.fps + 0.5, frames - 1).astype(int)
+    return _ClipAtOwnRate(motion, simulated.contacts[nearest], ~frame_mask(off_feet, frames)[nearest])
 
 
 def _notices(reconstructed: bool, off_feet: list[OffFeetSpan]) -> tuple[str, ...]:

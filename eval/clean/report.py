@@ -14,7 +14,7 @@ from eval.clean.video import render_cleaning
 from eval.metrics.artefact_tracks import compute_artefact_tracks, distances_local, distances_world
 from eval.metrics.catalogue import metrics_with_values
 from eval.metrics.rollout_motion import mean_over_clips
-from eval.pages.artefact_plots import plot_artefacts, plot_over_time, true_spans
+from eval.pages.artefact_plots import plot_artefacts, plot_over_time, spans_in_seconds
 from eval.pages.figures import GREY, RECORDED, Figure
 from eval.pages.output_files import write_whole
 from eval.pages.page import render_page
@@ -59,9 +59,7 @@ def write_folder_report(reports: Mapping[str, dict[str, Any]], out: Path) -> Non
     sides = [(side, values) for side, values in means.items() if values]
     metrics = metrics_with_values(means["after"])
     columns = {name: metric for name, metric in metrics.items() if name in IN_FOLDERS}
-    page = render_page(
-        "clean/write_folder_report.html.j2", {"address": quote}, reports=reports, sides=sides, metrics=metrics, columns=columns
-    )
+    page = render_page("clean/folder_report.html.j2", {"address": quote}, reports=reports, sides=sides, metrics=metrics, columns=columns)
     table = {"artefacts": means, "clips": [{"folder": folder, **report} for folder, report in reports.items()]}
     out.mkdir(parents=True, exist_ok=True)
     write_whole(out / "report.json", json.dumps(table, indent=1, allow_nan=False) + "\n")
@@ -71,7 +69,7 @@ def write_folder_report(reports: Mapping[str, dict[str, Any]], out: Path) -> Non
 def _plots(cleaned: CleaningResult) -> list[tuple[str, Figure]]:
     """Return all plots over time as (title, figure)."""
     fps, truth = cleaned.before.fps, cleaned.truth
-    kept, restarts = true_spans(cleaned.kept, fps), cleaned.restarts
+    kept, restarts = spans_in_seconds(cleaned.kept, fps), cleaned.restarts
     sides = {"before": compute_artefact_tracks(cleaned.before, truth), "after": compute_artefact_tracks(cleaned.after, truth)}
     sides |= {"truth": compute_artefact_tracks(truth, truth)} if truth else {}
     moved = {

@@ -1,4 +1,4 @@
-"""Everything that the report of a cleaned clip says in numbers: ``report.json`` and ``frames.csv``."""
+"""The numbers of a cleaned clip's report: ``report.json`` and ``frames.csv``."""
 
 from typing import Any
 
@@ -6,9 +6,9 @@ import numpy as np
 
 from datasets.motion.humanoid import BODY_NAMES
 from eval.clean.result import CleaningResult
-from eval.metrics.artefact_tracks import distances_local, distances_world, low_feet
+from eval.metrics.artefact_tracks import contacts_by_height, distances_local, distances_world
 from eval.metrics.artefacts import artefact_metrics, contact_agreement
-from eval.pages.artefact_plots import true_spans
+from eval.pages.artefact_plots import spans_in_seconds
 
 MAX_MOMENTS = 6  # pictures of the frames that were changed most
 MIN_MOMENT_GAP_S = 0.5  # s between two of them
@@ -17,10 +17,9 @@ CSV_HEADER = "frame,seconds,confidence,kept,contact_left,contact_right,deviation
 
 
 def collect_report_data(cleaned: CleaningResult) -> dict[str, Any]:
-    """Return what ``report.json`` holds; metrics by the ids and in the units of METRICS.md."""
+    """Return the content of ``report.json``; metrics by the ids and in the units of docs/metrics.md."""
     local, world = _deviations(cleaned)
     fps = cleaned.before.fps
-    simulated = cleaned.confidence >= 0.5  # elsewhere feet stand by their looks
     sides = {
         "before": artefact_metrics(cleaned.before, cleaned.truth),
         "after": artefact_metrics(cleaned.after, cleaned.truth, cleaned.before),
@@ -35,11 +34,11 @@ def collect_report_data(cleaned: CleaningResult) -> dict[str, Any]:
         "confidence": {
             "mean": float(cleaned.confidence.mean()),
             "lowest": float(cleaned.confidence.min()),
-            "under_half": float(np.mean(cleaned.confidence < 0.5)),
+            "under_half": float(np.mean(~cleaned.simulated)),
         },
-        "kept": {"share": float(cleaned.kept.mean()), "spans": true_spans(cleaned.kept, fps)},
+        "kept": {"share": float(cleaned.kept.mean()), "spans": spans_in_seconds(cleaned.kept, fps)},
         "seams": list(cleaned.restarts),
-        "contact_rule": contact_agreement(cleaned.contacts[simulated], low_feet(cleaned.after)[simulated]),
+        "contact_rule": contact_agreement(cleaned.contacts[cleaned.simulated], contacts_by_height(cleaned.after)[cleaned.simulated]),
         "most_changed": find_most_changed_frames(cleaned),
         "notices": list(cleaned.notices),
     }

@@ -1,4 +1,4 @@
-"""What a cleaning left: the clip before and after on the 20 bodies, and what the simulation knows of each frame."""
+"""The result of a cleaning: the clip before and after on the 20 bodies, and how far each frame is the simulation's."""
 
 from dataclasses import dataclass
 
@@ -6,22 +6,24 @@ import numpy as np
 
 from datasets.motion.clip import BodyMotion
 
+SIMULATED_CONFIDENCE = 0.5  # from which on a frame counts as simulated: its contacts are the simulation's
+KEPT_CONFIDENCE = 0.05  # below which a frame has nothing of physics in it
+
 
 @dataclass(frozen=True)
 class CleaningResult:
     """A clip before and after; T frames at 60 fps, the same of both.
 
     Attributes:
-        name: Of the clip, for people.
+        name: Name of the clip in messages and in the report.
         before: The input, floor-calibrated, with its root.
         after: The output through the same retargeting and calibration.
-        contacts: Whether the left and the right foot stand, shape (T, 2): where confidence is at least 0.5, whether each carried 0.05 of
-            body weight in the simulation; elsewhere, as they look.
-        confidence: In the output, 0 to 1; 0 where the input was kept because physics gave up, shape (T,).
-        kept: Which frames keep the input, shape (T,).
-        restarts: When the agent began again [s].
-        notices: What a person should know.
-        truth: The clean clip behind a simulated suit, where it is known.
+        contacts: Whether the left and the right foot stand, shape (T, 2): in simulated frames, whether each carried 0.05 of body weight;
+            elsewhere, as detected by speed and height.
+        confidence: Share of the simulation in each frame, 0 to 1; 0 where the repaired input was kept, shape (T,).
+        restarts: Times at which the simulation began again [s].
+        notices: Lines that a person should read.
+        truth: Clean clip behind a simulated suit, where it is known.
     """
 
     name: str
@@ -29,14 +31,23 @@ class CleaningResult:
     after: BodyMotion
     contacts: np.ndarray
     confidence: np.ndarray
-    kept: np.ndarray
     restarts: tuple[float, ...]
     notices: tuple[str, ...]
     truth: BodyMotion | None = None
 
+    @property
+    def simulated(self) -> np.ndarray:
+        """Which frames count as simulated, shape (T,)."""
+        return self.confidence >= SIMULATED_CONFIDENCE
+
+    @property
+    def kept(self) -> np.ndarray:
+        """Which frames keep the repaired input, shape (T,)."""
+        return self.confidence < KEPT_CONFIDENCE
+
     def __post_init__(self) -> None:
         """Check that everything is of the same frames."""
-        shapes = {"contacts": (len(self.before), 2), "confidence": (len(self.before),), "kept": (len(self.before),)}
+        shapes = {"contacts": (len(self.before), 2), "confidence": (len(self.before),)}
         for field, shape in shapes.items():
             if getattr(self, field).shape != shape:
                 raise ValueError(f"{self.name}: {field} has shape {getattr(self, field).shape}, should be {shape}")

@@ -1,8 +1,7 @@
-"""Many humanoids perform one clip at once, and where one does well the others go on from it: a search along the policy.
+"""SAMCON search (Liu et al. 2010) along a policy: sample actions around the policy's, simulate, keep the best, go on from them.
 
-A single rollout of a policy stumbles sooner or later. Nobody waits for a clip to be cleaned in real time, so a crowd plays it,
-some by the policy alone and the others with noise on their actions; after every control step those that do worst go on from
-where those that do best are.
+A single rollout of a policy falls or loses the reference sooner or later. So many samples of the simulation follow the clip at once,
+some by the policy alone, the others with noise on their actions; after every window the worst go on from the states of the best.
 """
 
 from collections.abc import Iterator
@@ -23,26 +22,26 @@ from envs.physics.mujoco_cpu import RecordingPhysics
 from envs.physics.protocol import FRAMES_PER_STEP
 from envs.vector_env import AdaptMimicVectorEnv
 
-NUM_SAMPLES = 96  # worlds
-NUM_SURVIVORS = 24  # of them, who go on; the first follower of each adds no noise
-STEPS_PER_WINDOW = 1  # control steps until the next choice: by eval.study search 28 mm from the clip, where three are 32 mm from it
-# Of the policy's corrections: it lasts, but does not aim, so that they push joints further off than none would. By eval.study search.
+NUM_SAMPLES = 96  # simulated worlds
+NUM_SURVIVORS = 24  # samples that are kept; the first copy of each goes on without noise
+STEPS_PER_WINDOW = 1  # control steps between selections: 28 mm from the clip, where three are 32 mm from it (eval.study search)
+# Share of the policy's residuals: it lasts but does not aim, so that all of them move joints further off than none (eval.study search).
 ACTION_SCALE = 0.5
-ACTION_NOISE_STD = 0.15  # standard deviation of the actions' noise, as large as training explores
+ACTION_NOISE_STD = 0.15  # as large as training explores
 SCORE_DECAY = 0.95  # of rewards by their age, as in training; the critic's value ahead is a mean reward a step and weighs as much as one
-MAX_POSE_ERROR_M = 0.12  # m, mean distance of the bodies from the reference's, roots aligned, at which nobody would call it the same clip
-# What counts beside rewards, which bear small errors gladly though falls are made of them.
+MAX_POSE_ERROR_M = 0.12  # mean distance of the bodies from the reference's, roots aligned, beyond which a sample is dropped
+# Weights beside the reward, which hardly falls with the small errors from which falls begin.
 COM_ERROR_WEIGHT, COM_SPEED_ERROR_WEIGHT, HEAD_ERROR_WEIGHT, POSE_ERROR_WEIGHT = 15.0, 10.0, 15.0, 200.0
 
 
 class Segment(NamedTuple):
-    """One unbroken performance of n frames.
+    """Uninterrupted simulation of n frames.
 
     Attributes:
         start: Frame of the clip at which it begins.
         poses: Generalised positions, shape (n, 50).
         velocities: Generalised velocities, shape (n, 49).
-        targets: What the motors were told, shape (n, 43).
+        targets: PD targets of the motors [rad], shape (n, 43).
     """
 
     start: int
@@ -52,7 +51,7 @@ class Segment(NamedTuple):
 
 
 class SamconSearch:
-    """Performs one clip, take after take."""
+    """Simulates one clip, segment after segment."""
 
     def __init__(
         self,
@@ -64,16 +63,16 @@ class SamconSearch:
         action_scale: float = ACTION_SCALE,
         steps_per_window: int = STEPS_PER_WINDOW,
     ) -> None:
-        """Set the stage.
+        """Build the vector env with one clip.
 
         Args:
-            policy: Whose actions are searched along.
+            policy: Policy whose actions are the means of the samples.
             spec: Variant of the task that it was trained for.
-            clip: To perform, at 60 fps.
-            threads: Native threads.
-            seed: Of the noise.
-            action_scale: Share of the policy's actions that is played.
-            steps_per_window: Control steps from one choice to the next.
+            clip: Reference clip at 60 fps.
+            threads: Native threads of the simulation.
+            seed: Seed of the action noise.
+            action_scale: Share of the policy's actions that is applied.
+            steps_per_window: Control steps from one selection to the next.
         """
         self._action_scale, self._steps_per_window = action_scale, steps_per_window
         self._policy, self._frames = policy, len(clip)
@@ -84,7 +83,7 @@ class SamconSearch:
         self._random = np.random.default_rng(seed)
 
     def segments(self) -> Iterator[Segment]:
-        """Perform the clip from its first frame; where the whole crowd goes astray the next take begins with the reference's state."""
+        """Yield segments from the first frame on; where all samples are lost the next segment begins in the reference's state."""
         start = 0
         while start + FRAMES_PER_STEP < self._frames:
             segment = self._search_segment(start)
@@ -92,15 +91,15 @@ class SamconSearch:
             start += max(len(segment.poses) - 1, FRAMES_PER_STEP)
 
     def _search_segment(self, start: int) -> Segment:
-        """Perform from a frame on until the clip ends or everybody is astray."""
+        """Return the simulation from a frame on, until the clip ends or all samples are lost."""
         env, steps = self._env, (self._frames - 1 - start) // FRAMES_PER_STEP
         one = np.zeros(NUM_SAMPLES, dtype=int)
         observation, _ = env.reset(options={"clip": one, "frame": one + start, "frames": one + self._frames})
         first = _snapshot(self._physics.motion())
         score, parents, windows, steps_done, steps_on_track = np.zeros(NUM_SAMPLES), np.arange(NUM_SAMPLES), [], 0, one
-        num_survivors = 1  # different worlds among all; the rest are their followers
+        num_survivors = 1  # different states among the samples; the others are their copies
         while steps_done < steps:
-            substates, steps_on_track = [], np.zeros(NUM_SAMPLES, dtype=int)  # control steps in which each has been there
+            substates, steps_on_track = [], np.zeros(NUM_SAMPLES, dtype=int)  # in this window
             for step in range(min(self._steps_per_window, steps - steps_done)):
                 observation, reward, terminated, _, _ = env.step(self._actions(observation, num_survivors))
                 substates += [_snapshot(frame) for frame in self._physics.substates]
@@ -120,17 +119,17 @@ class SamconSearch:
         return _backtrack(start, first, windows, steps_on_track)
 
     def _actions(self, observation: np.ndarray, num_survivors: int) -> np.ndarray:
-        """Return a share of the policy's actions (K, A), with noise on all but the first follower of each of so many who went on."""
+        """Return the scaled actions of the policy (K, A), with noise on all samples but the first copy of each survivor."""
         noise = self._random.normal(scale=ACTION_NOISE_STD, size=(NUM_SAMPLES, self._env.task.action_size))
         noise[:num_survivors] = 0.0
         return (self._action_scale * self._policy.act(observation) + noise).astype(np.float32)
 
     def _observed(self) -> Observed:
-        """Return the reference now."""
+        """Return the reference at the current frame."""
         return self._env.library.at(self._env.library_rows).observed
 
     def _score(self, score: np.ndarray, observation: np.ndarray) -> np.ndarray:
-        """Return how well the worlds have done and are likely to do, shape (K,)."""
+        """Return the score of each sample, shape (K,): decayed rewards, the critic's value ahead, and errors of pose and centre of mass."""
         with torch.inference_mode():
             ahead = self._policy.value(torch.from_numpy(observation)).numpy()
         agent, observed = self._physics.bodies(), self._observed()
@@ -141,7 +140,7 @@ class SamconSearch:
 
 
 class _Window(NamedTuple):
-    """What happened between two choices: from whom each world went on (K,), and its film (K, n, 142)."""
+    """A window between two selections: the sample from which each went on (K,), and its states and PD targets (K, n, 142)."""
 
     parents: np.ndarray
     substates: np.ndarray
@@ -156,12 +155,12 @@ def _snapshot(frame: tuple[np.ndarray, ...]) -> np.ndarray:
 
 
 def _backtrack(start: int, first: np.ndarray, windows: list[_Window], steps_on_track: np.ndarray) -> Segment:
-    """Return the take of the world that lasted longest in the last round, traced back to the beginning."""
+    """Return the segment of the sample that stayed on track longest in the last window, traced back to the first."""
     world = int(np.argmax(steps_on_track))
     parts = [windows[-1].substates[world, : FRAMES_PER_STEP * steps_on_track[world]]]
     for later, earlier in zip(windows[:0:-1], windows[-2::-1], strict=True):
         world = int(later.parents[world])
         parts.append(earlier.substates[world])
     substates = np.concat([first[:1], *parts[::-1]]).astype(float)
-    substates[0, -HINGE_COUNT:] = substates[min(1, len(substates) - 1), -HINGE_COUNT:]  # nothing had been told yet
+    substates[0, -HINGE_COUNT:] = substates[min(1, len(substates) - 1), -HINGE_COUNT:]  # the motors had no targets yet
     return Segment(start, *np.split(substates, [50, 99], axis=1))

@@ -1,40 +1,56 @@
-"""The stages of cleaning, on the 20 bodies: a root, steadiness, level ground, limbs apart, physics."""
+"""The stages of cleaning on the 20 bodies: root, low-pass, level ground, self-penetration, physics."""
 
 from dataclasses import replace
 
 import numpy as np
 
 from agents.policy.policy import Policy
-from agents.root.reconstruct import reconstruct_root
-from agents.weights.pretrained import load_pretrained_root
+from agents.weights.pretrained import load_pretrained_root, reconstruct_root_on_ground
 from datasets.cleanup.foot_contacts import detect_foot_contacts
-from datasets.cleanup.ground_levelling import level_to_ground
-from datasets.cleanup.off_feet_segments import OffFeetSpan
+from datasets.cleanup.ground_levelling import is_floating, level_to_ground
+from datasets.cleanup.off_feet_segments import OffFeetSpan, find_off_feet_spans
 from datasets.imu.root_features import ROOT_RATE_HZ
 from datasets.motion.clip import BodyMotion
-from datasets.motion.kinematics import place_on_ground
 from datasets.motion.smoothing import smooth_motion
 from envs.mimic.spec import MimicSpec
 from envs.physics.self_collision import remove_self_penetration
+from eval.clean.result import SIMULATED_CONFIDENCE
 from eval.clean.simulate_clip import SimulatedClip, simulate_clip, without_simulation
 
-MIN_SIMULATED_FRAMES = 60  # frames, of what is worth performing
+ROOT_MODEL = "root3d_pose"  # a BVH holds no accelerations
+MIN_SIMULATED_FRAMES = 60  # of a span that is worth simulating
+
+
+def locate_root(recorded: BodyMotion) -> tuple[BodyMotion, list[OffFeetSpan]]:
+    """Return the clip with a root, and the spans in which somebody sits, lies, climbs or is carried.
+
+    The root is the recording's own, and the clip the same object, if the file has a root that does not float for longer than a jump:
+    somebody in the air who neither climbs nor is carried is there by the recording's fault. Else Root3D reconstructs it from the poses.
+
+    Args:
+        recorded: Retargeted clip at 60 fps.
+    """
+    off_feet = find_off_feet_spans(recorded)
+    if recorded.rooted and (off_feet or not is_floating(recorded)):
+        return recorded, off_feet
+    rooted = reconstruct_missing_root(recorded)
+    return rooted, find_off_feet_spans(rooted)
 
 
 def reconstruct_missing_root(clip: BodyMotion) -> BodyMotion:
-    """Return a clip whose recording did not say where the pelvis went with the root that a model gives it; itself if it is too short."""
-    model = load_pretrained_root("root3d_pose")
+    """Return the clip with the root that Root3D reads from its poses, on the ground; itself if it is shorter than the model's window."""
+    model = load_pretrained_root(ROOT_MODEL)
     too_short = (len(clip) - 1) / clip.fps < (model.spec.window - 1) / ROOT_RATE_HZ
-    # Its heights drift: who believes them sees stairs.
-    return clip if too_short else replace(place_on_ground(reconstruct_root(model, clip)), rooted=False)
+    # Not rooted: its heights drift, and whoever believed them would see stairs.
+    return clip if too_short else replace(reconstruct_root_on_ground(ROOT_MODEL, clip, level=False), rooted=False)
 
 
 def repair_kinematically(clip: BodyMotion, off_feet: list[OffFeetSpan]) -> BodyMotion:
-    """Return the clip without jitter, on level ground and with limbs that do not pass through the body: what needs no physics.
+    """Return the clip low-passed, on level ground and without self-penetration: the repairs that need no physics.
 
     Args:
-        clip: At 60 fps.
-        off_feet: Where it is not on level ground: heights there go on as they are.
+        clip: Clip with a root, at 60 fps.
+        off_feet: Spans off level ground, whose heights are carried along as they are.
     """
     smooth = smooth_motion(clip)
     frames = np.arange(len(clip))
@@ -49,15 +65,15 @@ def repair_kinematically(clip: BodyMotion, off_feet: list[OffFeetSpan]) -> BodyM
 def simulate_grounded_spans(
     policy: Policy | None, spec: MimicSpec, clip: BodyMotion, off_feet: list[OffFeetSpan], threads: int
 ) -> SimulatedClip:
-    """Return what physics makes of a repaired clip wherever that is on level ground.
+    """Return the clip simulated wherever it is on level ground.
 
-    Where physics is not trusted feet stand by their looks.
+    Contacts are the simulation's loads where it is trusted, and detected by speed and height elsewhere.
 
     Args:
-        policy: Trained for ``spec``; none to leave physics out.
-        spec: Variant of the task.
-        clip: At 60 fps, repaired.
-        off_feet: Where it is not on level ground.
+        policy: Policy that was trained for ``spec``; None leaves physics out.
+        spec: Variant of the mimicking task.
+        clip: Repaired clip at 60 fps.
+        off_feet: Spans off level ground.
         threads: Native threads.
     """
     edges = np.flatnonzero(np.diff(np.concat([[True], frame_mask(off_feet, len(clip)), [True]]).astype(int)))
@@ -67,17 +83,17 @@ def simulate_grounded_spans(
             part = simulate_clip(policy, spec, clip.cut(start, stop), threads, (start > 0, stop < len(clip)))
             simulated = _splice(simulated, part, start, stop)
     kinematic_contacts = detect_foot_contacts(simulated.motion) & ~frame_mask(off_feet, len(clip))[:, None]
-    contacts = np.where((simulated.confidence >= 0.5)[:, None], simulated.contacts, kinematic_contacts)
+    contacts = np.where((simulated.confidence >= SIMULATED_CONFIDENCE)[:, None], simulated.contacts, kinematic_contacts)
     return simulated._replace(motion=remove_self_penetration(simulated.motion), contacts=contacts)
 
 
 def frame_mask(spans: list[OffFeetSpan], frames: int) -> np.ndarray:
-    """Return which of so many frames lie in a span, shape (frames,)."""
+    """Return which frames lie in a span, shape (frames,)."""
     return np.isin(np.arange(frames), np.concat([np.arange(0), *(np.arange(span.start, span.stop) for span in spans)]))
 
 
 def _splice(whole: SimulatedClip, part: SimulatedClip, start: int, stop: int) -> SimulatedClip:
-    """Return a clip with the frames from ``start`` to ``stop`` as they were performed, and all after them carried along."""
+    """Return a clip with the frames from ``start`` to ``stop`` as simulated; later frames are moved along by where those end."""
     motion, contacts, confidence = whole.motion, whole.contacts.copy(), whole.confidence.copy()
     root, local = motion.root_position.copy(), motion.local_rotations.copy()
     level = np.array([1.0, 1.0, 0.0])

@@ -15,12 +15,12 @@ _MOMENT_SIZE_PX = (360, 440)  # pixels, of the picture of a moment
 
 @dataclass(frozen=True)
 class Pictures:
-    """What can be watched.
+    """A film of the clip before and after, and pictures of single frames.
 
     Attributes:
         mp4: The film, the input on the left and the output on the right.
-        begin: Of the film [s].
-        end: Of the film [s].
+        begin: Start of the film in the clip [s].
+        end: End of the film in the clip [s].
         moments: Pictures of single frames as PNG, the output with the input as a ghost behind it.
     """
 

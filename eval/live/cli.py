@@ -1,4 +1,4 @@
-"""Serves full bodies to head, hand and pelvis trackers: ``python -m eval.live [--record DIR]``; the protocol is in docs/live.md."""
+"""Live service of full bodies for head, hand and pelvis trackers: ``python -m eval.live [--record DIR]``; protocol: docs/live.md."""
 
 import argparse
 import asyncio
@@ -30,9 +30,9 @@ DEFAULT_PAGE_PORT = 4546
 DEFAULT_MAX_USERS = 20
 
 
-def main(arguments: list[str] | None = None) -> int:
+def main(arguments: list[str] | None = None, prog: str = "python -m eval.live") -> int:
     """Run the command line; return the exit code."""
-    made = argparse.ArgumentParser(prog="python -m eval.live", description="Full bodies for head, hand and pelvis trackers, live.")
+    made = argparse.ArgumentParser(prog=prog, description="Full bodies for head, hand and pelvis trackers, live.")
     made.add_argument(
         "--host", default=DEFAULT_HOST, help=f"address to listen on (default: {DEFAULT_HOST}, this machine alone: there is no password)"
     )
@@ -55,13 +55,13 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _run(options: argparse.Namespace) -> None:
     _check(options)
-    torch.set_num_threads(1)  # a frame is too small to be shared: threads that wait for each other are late
+    torch.set_num_threads(1)  # a frame is too small to be shared: waiting for threads would cost more than they save
     bodies = LiveBodySolver(LobstrModel.load(options.model)[0], options.users)
     asyncio.run(serve(bodies, options, make_console()))
 
 
 def _check(options: argparse.Namespace) -> None:
-    """Raise what is wrong before anything is loaded."""
+    """Raise if an option is out of range, before anything is loaded."""
     for name in ("port", "page_port"):
         value = getattr(options, name)
         require(0 <= value < 65536, f"--{name.replace('_', '-')}", value, "a port, 0 to 65535")
@@ -73,12 +73,12 @@ async def serve(solver: BodySolver, options: argparse.Namespace, console: Consol
     """Serve until SIGINT or SIGTERM, then save what is being recorded.
 
     Args:
-        solver: The solver.
+        solver: Solver of the users' bodies.
         options: ``host``, ``port``, ``page_port``, ``record`` and ``minutes`` of the command line.
-        console: Where people read what happens.
+        console: Terminal that messages go to.
 
     Raises:
-        InputError: If a port cannot be had or the folder cannot be written to.
+        InputError: If a port is not available or the folder cannot be written to.
     """
     loop, stop, faults = asyncio.get_running_loop(), asyncio.Event(), []
 
@@ -86,7 +86,7 @@ async def serve(solver: BodySolver, options: argparse.Namespace, console: Consol
         console.print(escape(text))
 
     def fault(_: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-        """End at a fault of the program, but save what was recorded; what the system refuses, such as one socket more, is none."""
+        """Stop on an error of the program, saving the recordings; log errors of the system, such as too many sockets."""
         error = context.get("exception") or RuntimeError(context["message"])
         if isinstance(error, OSError):
             log(f"{context['message']}: {_reason(error)}")
@@ -103,7 +103,7 @@ async def serve(solver: BodySolver, options: argparse.Namespace, console: Consol
         for number in (signal.SIGINT, signal.SIGTERM):
             loop.add_signal_handler(number, stop.set)
         gc.collect()
-        gc.freeze()  # what is loaded stays: looking through it again would hold a frame up
+        gc.freeze()  # objects loaded so far are never collected again, which would delay a frame
         with status:
             await stop.wait()
     finally:
@@ -118,7 +118,7 @@ async def serve(solver: BodySolver, options: argparse.Namespace, console: Consol
 
 
 async def _listen(server: LiveServer, page: LivePage | None, options: argparse.Namespace, log: Any) -> None:
-    """Open the ports and say where."""
+    """Open the ports and log the addresses."""
     try:
         port = await server.start(options.host, options.port)
     except OSError as error:
@@ -134,7 +134,7 @@ async def _listen(server: LiveServer, page: LivePage | None, options: argparse.N
 
 
 def _reason(error: OSError) -> str:
-    """Return what the system says; asyncio puts more words around it."""
+    """Return the system's message, without the words that asyncio adds."""
     return os.strerror(error.errno) if error.errno and error.errno > 0 else str(error.strerror)
 
 

@@ -1,4 +1,4 @@
-"""A client of the live service: sends frames when they are due, and collects the answers."""
+"""Client of the live service: sends frames when they are due and collects the answers."""
 
 import asyncio
 import json
@@ -10,18 +10,18 @@ from configs.errors import InputError
 from datasets.trackers.trackers import TRACKER_RATE_HZ, TrackerPoses
 from eval.live.protocol import MAX_LINE_BYTES, MAX_NAME_LENGTH, PROTOCOL_VERSION, Codec
 
-TIMEOUT_S = 5.0  # s that the service may be silent
+TIMEOUT_S = 5.0  # s, for which the service may be silent
 
 
 @dataclass
 class PlaybackResult:
-    """What came of frames that were sent.
+    """Result of sending frames to the service.
 
     Attributes:
-        sent_times: When each frame was, on ``perf_counter``.
-        answers: By frame.
-        latencies_ms: From a frame's sending to its answer [ms].
-        messages: Errors and warnings.
+        sent_times: Time at which each frame was sent, on ``perf_counter`` [s].
+        answers: Answers by frame number.
+        latencies_ms: Times from sending a frame to its answer [ms].
+        messages: Errors and warnings of the service.
     """
 
     sent_times: list[float] = field(default_factory=list)
@@ -31,31 +31,31 @@ class PlaybackResult:
 
     @property
     def rate(self) -> float:
-        """Frames a second that were sent."""
+        """Frames sent per second [1/s]."""
         return (len(self.sent_times) - 1) / (self.sent_times[-1] - self.sent_times[0]) if len(self.sent_times) > 1 else 0.0
 
 
 async def play(trackers: TrackerPoses, host: str, port: int, speed: float = 1.0, name: str = "") -> PlaybackResult:
-    """Send frames at true speed and collect what comes back.
+    """Send frames at true speed and collect the answers.
 
     Args:
-        trackers: Of the frames, shape (T, 4, ...).
-        host: Of the service.
-        port: Of the service.
-        speed: How many times as quickly as 45 frames a second.
-        name: What the user is called.
+        trackers: Tracker poses of T frames, shape (T, 4, ...).
+        host: Address of the service.
+        port: Port of the service.
+        speed: Factor on 45 frames a second.
+        name: Name of the user.
 
     Raises:
-        InputError: If the service is not there, refuses, or speaks something else.
+        InputError: If nothing listens there, it refuses, or it is no live service.
     """
-    there = f"{host} port {port}"
+    address = f"{host} port {port}"
     try:
         reader, writer = await asyncio.wait_for(asyncio.open_connection(host, port, limit=MAX_LINE_BYTES), TIMEOUT_S)
     except (OSError, TimeoutError) as error:
-        raise InputError(f"{there}: nobody listens ({error or 'no answer'}); start it: python -m eval.live") from error
+        raise InputError(f"{address}: nobody listens ({error or 'no answer'}); start it: python -m eval.live") from error
     codec = Codec.of("z-up", "".join(letter for letter in name if letter.isprintable())[:MAX_NAME_LENGTH])
     try:
-        await _greet(reader, writer, codec, there)
+        await _greet(reader, writer, codec, address)
         lines = [codec.frame(number, TrackerPoses(*pose)) for number, pose in enumerate(zip(*trackers, strict=True))]
         played = PlaybackResult()
         listening = asyncio.create_task(_listen(reader, played))
@@ -66,22 +66,22 @@ async def play(trackers: TrackerPoses, host: str, port: int, speed: float = 1.0,
         writer.close()
 
 
-async def _greet(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, codec: Codec, there: str) -> None:
-    """Say hello and read the service's own."""
+async def _greet(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, codec: Codec, address: str) -> None:
+    """Send the hello and read the service's answer to it."""
     writer.write(json.dumps({"lobstr": PROTOCOL_VERSION, "axes": codec.axes, "name": codec.name}).encode() + b"\n")
     try:
         welcome = json.loads(await asyncio.wait_for(reader.readline(), TIMEOUT_S) or b"{}")
     except (OSError, TimeoutError, ValueError) as error:
-        raise InputError(f"{there}: something listens, but is no live service ({error or 'silent'})") from error
+        raise InputError(f"{address}: something listens, but is no live service ({error or 'silent'})") from error
     if not isinstance(welcome, dict) or welcome.get("lobstr") != PROTOCOL_VERSION:
         error = welcome.get("error") if isinstance(welcome, dict) else None
-        raise InputError(f"{there}: {error or 'something listens, but is no live service'}")
+        raise InputError(f"{address}: {error or 'something listens, but is no live service'}")
 
 
 async def _send(
     writer: asyncio.StreamWriter, lines: list[bytes], fps: float, played: PlaybackResult, listening: asyncio.Task[None]
 ) -> None:
-    """Send every line when it is due, until the service hangs up."""
+    """Send each line when it is due, until the service closes the connection."""
     begin = perf_counter()
     for number, line in enumerate(lines):
         await asyncio.sleep(max(0.0, begin + number / fps - perf_counter()))
@@ -93,7 +93,7 @@ async def _send(
 
 
 async def _listen(reader: asyncio.StreamReader, played: PlaybackResult) -> None:
-    """Take answers until the service hangs up."""
+    """Collect answers until the service closes the connection."""
     try:
         while line := await asyncio.wait_for(reader.readline(), TIMEOUT_S):
             message = json.loads(line)

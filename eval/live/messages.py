@@ -1,4 +1,4 @@
-"""What the parts of the live service hand to each other: frames of several users at once."""
+"""Data that the parts of the live service exchange: solved frames of several users, and the view of each user."""
 
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
@@ -12,15 +12,15 @@ STATES: tuple[str, ...] = ("calibrating", "warming up", "live")
 
 
 class SolvedFrames(NamedTuple):
-    """What came of one frame of n users.
+    """Bodies of n users in one frame.
 
     Attributes:
-        root_position: Of the pelvis, at the user's own size [m], shape (n, 3).
-        local_rotations: Of the 20 bodies, the pelvis' to the world, wxyz, shape (n, 20, 4).
-        contacts: Whether the left and the right toes stand, shape (n, 2).
+        root_position: Position of the pelvis at the user's own size [m], shape (n, 3).
+        local_rotations: Rotations of the 20 bodies relative to their parents, the pelvis' to the world, wxyz, shape (n, 20, 4).
+        contacts: Whether the left and the right toes are in contact, shape (n, 2).
         states: Index into ``STATES``, shape (n,).
-        scales: Size of the user against the standard skeleton, shape (n,).
-        problems: By place among the n, what was wrong with a T-pose; its user's calibration has begun again.
+        scales: Size of the user relative to the standard skeleton, shape (n,).
+        problems: Error of a T-pose, by index among the n; the calibration of that user has begun again.
     """
 
     root_position: np.ndarray
@@ -32,31 +32,35 @@ class SolvedFrames(NamedTuple):
 
 
 class BodySolver(Protocol):
-    """What the service needs of the solver."""
+    """Interface of the solver to the service.
+
+    Attributes:
+        users: Number of slots, one for each user that may be connected at once.
+    """
 
     users: int
 
     def reset(self, rows: np.ndarray) -> None:
-        """Begin again with the T-pose of the users in ``rows`` (n,)."""
+        """Restart the calibration of the users in the slots ``rows`` (n,)."""
 
     def step(self, rows: np.ndarray, trackers: TrackerPoses) -> SolvedFrames:
-        """Return the bodies of one frame of the users in ``rows`` (n,), whose trackers are at (n, 4, ...)."""
+        """Return the bodies of one frame of the users in the slots ``rows`` (n,), from tracker poses (n, 4, ...)."""
         ...
 
 
 @dataclass
 class UserView:
-    """The last frame of a user, as it is shown to people.
+    """Last frame of a user, for the page and the terminal.
 
     Attributes:
-        name: What the user is called.
+        name: Name of the user.
         state: One of ``STATES``.
         root: Position of the pelvis, Z up [m], shape (3,).
-        rotations: Of the 20 bodies, shape (20, 4).
-        contacts: Of the left and the right toes, shape (2,).
-        scale: Size against the standard skeleton.
-        fps: Frames a second that come.
-        latency_ms: From the frame's arrival to its answer.
+        rotations: Rotations of the 20 bodies relative to their parents, wxyz, shape (20, 4).
+        contacts: Whether the left and the right toes are in contact, shape (2,).
+        scale: Size relative to the standard skeleton.
+        fps: Frame rate that the client sends at [1/s].
+        latency_ms: Time from the frame's arrival to its answer [ms].
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""The live service's page for browsers on this machine: one page and one stream of events, nothing else is served."""
+"""HTTP server of the live service's page, for browsers on this machine: it serves one page and one stream of events, nothing else."""
 
 import asyncio
 import json
@@ -15,21 +15,21 @@ from datasets.trackers.trackers import TRACKER_RATE_HZ
 from eval.live.messages import UserView
 from eval.live.protocol import DEFAULT_HOST
 
-REQUEST_TIMEOUT_S = 5.0  # s that a browser has to ask
-HEARTBEAT_INTERVAL_S = 1.0  # s after which an event is sent though nobody moved
+REQUEST_TIMEOUT_S = 5.0  # s, for a browser to send its request, or to read an event
+HEARTBEAT_INTERVAL_S = 1.0  # s, after which an event is sent even if nothing changed
 MAX_VIEWERS = 8
-MAX_CONNECTIONS = 64  # at once, browsers that watch included
+MAX_CONNECTIONS = 64  # at once, viewers included
 MAX_REQUEST_BYTES = 16 * 1024  # bytes
 _REASONS = {200: "OK", 400: "Bad Request", 403: "Forbidden", 404: "Not Found", 405: "Method Not Allowed", 503: "Service Unavailable"}
 
 
 class LivePage:
-    """Shows the users' last frames; a browser that is slow misses frames, and nothing waits for it."""
+    """Streams the users' last frames to browsers; a slow browser misses frames, and nothing waits for it."""
 
     def __init__(self, views: Mapping[int, UserView]) -> None:
-        """Show what is ``views`` of users, by number, which changes while the page is up."""
+        """Prepare the page of ``views`` by user number; the mapping may change while the page is served."""
         self._views = views
-        self._viewers: dict[asyncio.StreamWriter, float] = {}  # and when they last had read everything, on the loop's clock
+        self._viewers: dict[asyncio.StreamWriter, float] = {}  # time at which each had last read everything, on the loop's clock [s]
         self._open = 0
         self._news = asyncio.Event()
         self._server: asyncio.Server | None = None
@@ -47,7 +47,7 @@ class LivePage:
         return port
 
     async def stop(self) -> None:
-        """Close."""
+        """Close the server and all connections."""
         if self._task:
             self._task.cancel()
         if self._server:
@@ -56,11 +56,11 @@ class LivePage:
             writer.transport.abort()
 
     def notify(self) -> None:
-        """Know that somebody moved."""
+        """Mark that the views have changed."""
         self._news.set()
 
     def event(self) -> bytes:
-        """Return what browsers are told of everybody."""
+        """Return the event with the views of all users."""
         users = [
             {
                 "id": user,
@@ -78,7 +78,7 @@ class LivePage:
         return f"data: {json.dumps({'users': users}, separators=(',', ':'))}\n\n".encode()
 
     async def _send_events(self) -> None:
-        """Tell every browser that keeps up, at most once in a frame's time."""
+        """Send events to the browsers that keep up, at most one in a frame's time."""
         while True:
             with suppress(TimeoutError):
                 await asyncio.wait_for(self._news.wait(), HEARTBEAT_INTERVAL_S)
@@ -114,17 +114,17 @@ class LivePage:
             writer.close()
 
     async def _stream(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Have a browser told until it leaves."""
+        """Send events to a browser until it disconnects."""
         writer.write(_head(200, "text/event-stream") + b"retry: 1000\n\n" + self.event())
         self._viewers[writer] = asyncio.get_running_loop().time()
         try:
-            while await reader.read(1024):  # a browser has nothing more to say
+            while await reader.read(1024):  # nothing more is expected from a browser
                 pass
         finally:
             self._viewers.pop(writer, None)
 
     def _status(self, head: bytes) -> int:
-        """Return what a request deserves: a page elsewhere that goes by a name which leads here (DNS rebinding) gets nothing."""
+        """Return the status of a request; other host names that resolve to this machine (DNS rebinding) are refused."""
         lines = head.decode("latin-1").split("\r\n")
         words = lines[0].split(" ")
         if len(words) != 3 or not words[2].startswith("HTTP/1."):
@@ -139,7 +139,7 @@ class LivePage:
         return 200 if words[1] in ("/", "/events") else 404
 
     def _response(self, status: int) -> bytes:
-        """Return the page, or why not."""
+        """Return the response with the page, or with the error of another status."""
         if status != 200:
             return _head(status, "text/plain; charset=utf-8") + f"{status} {_REASONS[status]}\n".encode()
         policy = f"default-src 'none'; script-src 'nonce-{self._nonce}'; style-src 'nonce-{self._nonce}'; connect-src 'self'"
@@ -147,7 +147,7 @@ class LivePage:
 
 
 def render_live_page(nonce: str) -> str:
-    """Return the page as HTML, whose script and style alone may run."""
+    """Return the page as HTML; only its own script and style, which bear the nonce, may run."""
     environment = Environment(loader=FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=StrictUndefined)
     bodies = [
         {

@@ -1,4 +1,4 @@
-"""What a tracker client and the live service say to each other: one JSON object a line. Pure functions; see docs/live.md."""
+"""Protocol between a tracker client and the live service: one JSON object a line. Pure functions; see docs/live.md."""
 
 import json
 from dataclasses import dataclass
@@ -11,12 +11,12 @@ from datasets.motion.humanoid import BODY_NAMES, SKELETON
 from datasets.trackers.trackers import TRACKER_NAMES, TRACKER_RATE_HZ, TrackerPoses
 
 PROTOCOL_VERSION = 1
-DEFAULT_HOST, DEFAULT_PORT = "127.0.0.1", 4545  # where the service is unless told otherwise: on this machine alone
+DEFAULT_HOST, DEFAULT_PORT = "127.0.0.1", 4545  # reachable from this machine only
 MAX_LINE_BYTES = 64 * 1024  # bytes
 MAX_NAME_LENGTH = 40  # characters
-MAX_POSITION_M = 100.0  # m; who is further off measures in another unit
-MAX_FRAME_NUMBER = 2**53  # what every JSON reader holds exactly
-QUATERNION_NORM_TOLERANCE = 0.1  # how far a quaternion's length may be from one: rounding, not another meaning
+MAX_POSITION_M = 100.0  # m, from the origin; larger values must be in another unit
+MAX_FRAME_NUMBER = 2**53  # largest whole number that every JSON reader holds exactly
+QUATERNION_NORM_TOLERANCE = 0.1  # largest difference of a quaternion's length from 1 that is taken for rounding
 _FORWARD_LEFT_UP = {  # of each axis system: forward, left and up in its coordinates
     "z-up": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
     "openxr": ((0, 0, -1), (-1, 0, 0), (0, 1, 0)),
@@ -26,14 +26,14 @@ AXIS_SYSTEMS: tuple[str, ...] = tuple(_FORWARD_LEFT_UP)
 
 
 class TrackerFrame(NamedTuple):
-    """One frame of one client: its number, and where its trackers are, in our axes."""
+    """One frame of one client: its number, and its tracker poses in our axes (Z up)."""
 
     number: int
     trackers: TrackerPoses
 
 
 class CalibrationRequest(NamedTuple):
-    """A client's wish to begin again with the T-pose."""
+    """Request of a client to restart the calibration."""
 
 
 @dataclass(frozen=True)
@@ -41,10 +41,10 @@ class Codec:
     """Reads and writes the lines of one client.
 
     Attributes:
-        axes: Its axis system, one of ``AXES``.
-        name: What it calls itself, maybe nothing.
-        vectors: Matrix that takes its vectors to ours, shape (3, 3).
-        quaternions: Matrix that takes its quaternions to ours, wxyz, shape (4, 4): in left-handed axes turns change their sense.
+        axes: Axis system of the client, one of ``AXIS_SYSTEMS``.
+        name: Name of the client, possibly empty.
+        vectors: Matrix from the client's vectors to ours, shape (3, 3).
+        quaternions: Matrix from the client's quaternions to ours, wxyz, shape (4, 4); for left-handed axes it reverses rotations.
     """
 
     axes: str
@@ -68,10 +68,10 @@ class Codec:
         return _line({**hello, **skeleton})
 
     def read(self, line: bytes) -> TrackerFrame | CalibrationRequest:
-        """Return what a line after the hello says.
+        """Return the message of a line after the hello.
 
         Raises:
-            InputError: If it says nothing that can be used; tells what, where and what would be right.
+            InputError: If it is no valid message; names the key, its value and what it should be.
         """
         message = _object(line)
         if "calibrate" in message:
@@ -101,11 +101,10 @@ class Codec:
             poses = np.full((4, 7), np.inf)
         with np.errstate(over="ignore"):
             lengths = np.sqrt((poses[:, 3:] ** 2).sum(axis=1))
-        good = (np.abs(poses[:, :3]) <= MAX_POSITION_M).all(axis=1) & (
-            np.abs(lengths - 1.0) <= QUATERNION_NORM_TOLERANCE
-        )  # false for NaN as well
+        within, unit = np.abs(poses[:, :3]) <= MAX_POSITION_M, np.abs(lengths - 1.0) <= QUATERNION_NORM_TOLERANCE
+        good = within.all(axis=1) & unit  # False for NaN as well
         if not good.all():
-            raise InputError(_what_is_wrong(poses, lengths, int(np.argmin(good))))
+            raise InputError(_pose_error(poses, lengths, int(np.argmin(good))))
         return TrackerPoses(poses[:, :3] @ self.vectors.T, poses[:, 3:] / lengths[:, None] @ self.quaternions.T)
 
     def answer(
@@ -114,13 +113,13 @@ class Codec:
         """Return the line that answers a frame.
 
         Args:
-            number: Of the frame.
+            number: Number of the frame.
             state: "calibrating", "warming up" or "live".
             root: Position of the pelvis [m], shape (3,).
-            rotations: Of the 20 bodies relative to their parents, wxyz, shape (20, 4).
-            contacts: Whether the left and the right toes stand, shape (2,).
-            scale: Of the user, against the skeleton of the server's first line.
-            milliseconds: From the frame's arrival to this line.
+            rotations: Rotations of the 20 bodies relative to their parents, wxyz, shape (20, 4).
+            contacts: Whether the left and the right toes are in contact, shape (2,).
+            scale: Size of the user relative to the skeleton of the server's first line.
+            milliseconds: Time from the frame's arrival to this line [ms].
         """
         return _line(
             {
@@ -136,10 +135,10 @@ class Codec:
 
 
 def read_hello(line: bytes) -> Codec:
-    """Return how to talk to the client whose first line this is.
+    """Return the codec of a client from its first line.
 
     Raises:
-        InputError: If it is no hello that this version knows.
+        InputError: If the line is no hello of this version.
     """
     try:
         message = _object(line)
@@ -159,12 +158,12 @@ def read_hello(line: bytes) -> Codec:
 
 
 def error_line(text: str, closing: bool = False) -> bytes:
-    """Return the line that tells a client what is wrong, and whether that ends the connection."""
+    """Return the line with an error, and whether that ends the connection."""
     return _line({"error": text, "closing": closing})
 
 
 def warning_line(text: str) -> bytes:
-    """Return a line that a client should show to people."""
+    """Return the line with a warning, which a client should show to its user."""
     return _line({"warning": text})
 
 
@@ -188,14 +187,14 @@ def _no_number(word: str) -> float:
 
 
 def _reason(error: Exception) -> str:
-    """Return what is wrong with JSON in a few words."""
+    """Return the error of a JSON parser in a few words."""
     if isinstance(error, UnicodeDecodeError):
         return "not UTF-8"
     return "too deep" if isinstance(error, RecursionError) else str(error)
 
 
 def _check_keys(message: dict[str, Any], needed: tuple[str, ...], allowed: tuple[str, ...] = ()) -> None:
-    """Raise what is missing or should not be there."""
+    """Raise if a needed key is missing or another than the allowed ones is there."""
     missing = [key for key in needed if key not in message]
     if missing:
         raise InputError(f'"{missing[0]}" is missing; a line of this kind has {", ".join((*needed, *allowed))}')
@@ -205,8 +204,8 @@ def _check_keys(message: dict[str, Any], needed: tuple[str, ...], allowed: tuple
             raise InputError(f"{_short(unknown[0])} is unknown; a line of this kind has {', '.join((*needed, *allowed))}")
 
 
-def _what_is_wrong(poses: np.ndarray, lengths: np.ndarray, row: int) -> str:
-    """Return what is wrong with the pose of one tracker."""
+def _pose_error(poses: np.ndarray, lengths: np.ndarray, row: int) -> str:
+    """Return the error of the pose of one tracker."""
     name, position = TRACKER_NAMES[row], poses[row, :3]
     if not np.isfinite(poses[row]).all():
         return f'"{name}" holds a number that is not finite'
@@ -216,7 +215,7 @@ def _what_is_wrong(poses: np.ndarray, lengths: np.ndarray, row: int) -> str:
 
 
 def _short(value: Any) -> str:
-    """Return a value as it stands in a line, cut where it is long."""
+    """Return a value as JSON, cut to 60 characters."""
     try:
         text = json.dumps(value, ensure_ascii=True)
     except (ValueError, RecursionError):

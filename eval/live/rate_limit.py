@@ -1,23 +1,23 @@
-"""How quickly a client of the live service may send, and how quickly it does."""
+"""Limits of a client of the live service, and the measurement of its line and frame rates."""
 
 from dataclasses import dataclass
 
 from datasets.trackers.trackers import TRACKER_RATE_HZ
 
-MIN_RATE_RATIO, MAX_RATE_RATIO = 0.8, 1.25  # of 45 frames a second, beyond which legs move at another pace than the user's
+MIN_RATE_RATIO, MAX_RATE_RATIO = 0.8, 1.25  # of 45 frames a second; beyond, legs move at another pace than the user's
 
 
 @dataclass(frozen=True)
 class ClientLimits:
-    """What a client may do.
+    """Limits of a client.
 
     Attributes:
-        max_idle_s: Seconds without a line after which it is taken for gone.
-        max_waiting_lines: Lines that may wait, or come at once after a pause: ten seconds of frames.
-        max_lines_per_s: Lines a second that may come for longer: any headset's rate, but not any loop's.
-        max_bad_lines: Lines that may be wrong, one after another.
-        max_unread_bytes: Bytes of answers that may wait for it to read them.
-        rate_window_s: Seconds over which its frame rate is measured.
+        max_idle_s: Time without a line after which the client is disconnected [s].
+        max_waiting_lines: Number of lines that may wait, or arrive at once after a pause: ten seconds of frames.
+        max_lines_per_s: Sustained rate of lines [1/s]: above the rate of any headset, below that of an endless loop.
+        max_bad_lines: Number of successive wrong lines that are tolerated.
+        max_unread_bytes: Size of the answers that may wait to be read [bytes].
+        rate_window_s: Time over which the frame rate is measured [s].
     """
 
     max_idle_s: float = 10.0
@@ -29,24 +29,24 @@ class ClientLimits:
 
 
 class RateLimit:
-    """Counts lines and frames; times in seconds of any clock."""
+    """Token bucket over a client's lines, and its frame rate; times in seconds of any clock."""
 
     def __init__(self, limits: ClientLimits, now: float) -> None:
-        """Begin with a full credit of lines."""
-        self.fps = 0.0  # of the last whole window
+        """Start with a full credit of lines."""
+        self.fps = 0.0  # in the last whole window [1/s]
         self._limits = limits
         self._credit, self._credit_time = float(limits.max_waiting_lines), now
         self._start, self._frames = now, 0
         self._warned = False
 
     def is_flood(self, now: float) -> bool:
-        """Count a line; return whether it is one too many."""
+        """Count a line; return whether it exceeds the credit."""
         earned = (now - self._credit_time) * self._limits.max_lines_per_s
         self._credit, self._credit_time = min(self._limits.max_waiting_lines, self._credit + earned) - 1.0, now
         return self._credit < 0.0
 
     def warning(self, now: float) -> str:
-        """Count a frame; return what the client should be told of its rate, once."""
+        """Count a frame; return the warning about a wrong frame rate, once, else an empty string."""
         if not self._frames:
             self._start = now
         self._frames += 1

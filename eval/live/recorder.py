@@ -1,6 +1,6 @@
-"""Recordings of live sessions: frames go to disk as they come, and become BVH files in another process, so that nobody waits for them.
+"""Recordings of live sessions: frames are written to disk as they come, and another process converts them to BVH, so that nobody waits.
 
-While a take lasts it is a hidden file of plain numbers. After a crash ``python -m eval.live.recorder FILE ...`` saves what it holds.
+A recording in progress is a hidden file of plain numbers (the spool). After a crash ``python -m eval.live.recorder FILE ...`` converts it.
 """
 
 import argparse
@@ -24,15 +24,22 @@ from datasets.motion.humanoid import BODY_COUNT
 from datasets.retarget.humanoid_bvh import to_humanoid_bvh
 from datasets.trackers.trackers import TRACKER_RATE_HZ
 
-MAX_RECORDING_MIN = 30.0  # of a file; what lasts longer goes on in another one
+MAX_RECORDING_MIN = 30.0  # min, of a file; a longer recording continues in another one
 SPOOL_SUFFIX = ".frames"
 _VALUES_PER_FRAME = 4 + 4 * BODY_COUNT  # scale, root, rotations
-_DIGITS = 6  # of centimetres and degrees in the file
+_DIGITS = 6  # decimals of centimetres and degrees in the file
 
 
 @dataclass
 class Recording:
-    """A recording that goes on: its file of numbers, the BVH it will be, and its frames so far."""
+    """A recording in progress.
+
+    Attributes:
+        file: Open spool.
+        spool: Path of the spool.
+        target: Path of the BVH file that it becomes.
+        frames: Number of frames so far.
+    """
 
     file: BinaryIO
     spool: Path
@@ -41,19 +48,19 @@ class Recording:
 
 
 class Recorder:
-    """Keeps the live frames of all users, each stretch between two calibrations as a take of its own."""
+    """Records the live frames of all users, each stretch between two calibrations as a recording of its own."""
 
     def __init__(self, folder: Path, log: Callable[[str], None], minutes: float = MAX_RECORDING_MIN) -> None:
-        """Keep takes of at most so many minutes in a folder.
+        """Prepare recordings of at most so many minutes in a folder.
 
         Raises:
-            InputError: If it cannot be made or written to.
+            InputError: If the folder cannot be made or written to.
         """
         self._folder, self._log, self._max_frames = folder.absolute(), log, max(1, round(minutes * 60 * TRACKER_RATE_HZ))
         self._recordings: dict[int, Recording] = {}
-        self._failed: set[int] = set()  # users whose take could not be written: told once
+        self._failed: set[int] = set()  # users whose recording could not be written: logged once
         self._saving: set[asyncio.Task[None]] = set()
-        self._turn = asyncio.Semaphore(1)  # takes are saved one after the other: the users who are left need the machine
+        self._turn = asyncio.Semaphore(1)  # recordings are converted one after the other, as the remaining users need the machine
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -62,7 +69,7 @@ class Recorder:
             raise InputError(f"--record {folder}: cannot be written to; name a folder that can")
 
     def record(self, user: int, root: np.ndarray, rotations: np.ndarray, scale: float) -> None:
-        """Add a frame of a user: root position (3,) [m], local rotations (20, 4), size against the standard skeleton."""
+        """Add a frame of a user: root position (3,) [m], local rotations (20, 4), size relative to the standard skeleton."""
         if user in self._failed:
             return
         try:
@@ -78,7 +85,7 @@ class Recorder:
             self.close(user)
 
     def close(self, user: int) -> None:
-        """End a user's take, if there is one, and begin to save it."""
+        """End a user's recording, if there is one, and start to save it."""
         recording = self._recordings.pop(user, None)
         if recording is None:
             return
@@ -91,14 +98,14 @@ class Recorder:
         task.add_done_callback(self._saving.discard)
 
     async def finish(self) -> None:
-        """End all takes and wait until they are saved."""
+        """End all recordings and wait until they are saved."""
         for user in list(self._recordings):
             self.close(user)
         while self._saving:
             await asyncio.gather(*self._saving)
 
     def _begin(self, user: int) -> Recording:
-        """Open a take under a name that nobody has."""
+        """Open a recording under an unused name."""
         stem = f"{time.strftime('%Y%m%d-%H%M%S')}_user{user}"
         for attempt in range(1, 1000):
             name = stem if attempt == 1 else f"{stem}_{attempt}"
@@ -107,7 +114,7 @@ class Recorder:
                 file = spool.open("xb")
             except FileExistsError:
                 continue
-            if target.exists():  # looked at after the spool was taken: two services never write the same file
+            if target.exists():  # checked after the spool was created: two services never write the same file
                 file.close()
                 spool.unlink()
                 continue
@@ -116,7 +123,7 @@ class Recorder:
         raise FileExistsError(0, f"{stem} is taken a thousand times")
 
     async def _save(self, recording: Recording) -> None:
-        """Turn a take into its BVH in a process that Ctrl-C at the terminal does not reach."""
+        """Convert a recording to BVH in a process that Ctrl-C at the terminal does not reach."""
         command = [sys.executable, "-m", "eval.live.recorder", str(recording.spool)]
         async with self._turn:
             try:
@@ -134,13 +141,13 @@ class Recorder:
 
 
 def save_recording(spool: Path) -> Path:
-    """Turn a file of numbers into the BVH beside it, at the user's own size, and remove it.
+    """Convert a spool to the BVH file beside it, at the user's own size, and remove the spool.
 
     Returns:
-        The BVH.
+        Path of the BVH file.
 
     Raises:
-        InputError: If there is no such take, or the BVH is there already or cannot be written.
+        InputError: If there is no such recording, or the BVH file exists already or cannot be written.
     """
     target = spool.with_name(spool.name.removeprefix(".").removesuffix(SPOOL_SUFFIX) + ".bvh")
     if spool.suffix != SPOOL_SUFFIX or not spool.is_file():
@@ -148,9 +155,8 @@ def save_recording(spool: Path) -> Path:
     if target.exists():
         raise InputError(f"{target} is there already; move it away")
     numbers = np.fromfile(spool, dtype=np.float32)
-    rows = (
-        numbers[: len(numbers) // _VALUES_PER_FRAME * _VALUES_PER_FRAME].reshape(-1, _VALUES_PER_FRAME).astype(float)
-    )  # a crash may have cut the last one
+    whole = len(numbers) // _VALUES_PER_FRAME * _VALUES_PER_FRAME  # a crash may have cut the last frame
+    rows = numbers[:whole].reshape(-1, _VALUES_PER_FRAME).astype(float)
     if not len(rows):
         raise InputError(f"{spool}: holds no frame; remove it")
     scale = float(rows[0, 0])

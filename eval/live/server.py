@@ -1,4 +1,4 @@
-"""The live service: who is there, and all frames that have come solved together."""
+"""TCP server of the live service: holds the users' sessions and solves their waiting frames in batches."""
 
 import asyncio
 from collections import deque
@@ -15,25 +15,25 @@ from eval.live.rate_limit import ClientLimits
 from eval.live.recorder import Recorder
 from eval.live.session import LEFT_REASON, Session, TimedFrame
 
-BATCH_WAIT_S = 0.004  # s that a frame may wait for those of other users, since a batch costs little more than one frame
-ACTIVE_WINDOW_S = 3.0 / TRACKER_RATE_HZ  # s after which a user who sends nothing is not waited for
-LATENCY_HISTORY_S = 600  # of latencies at one user's rate
-MAX_UNIDENTIFIED_CONNECTIONS = 32  # connections that have not said hello
+BATCH_WAIT_S = 0.004  # s, for which a frame may wait for those of other users, as a batch costs little more than one frame
+ACTIVE_WINDOW_S = 3.0 / TRACKER_RATE_HZ  # s, after which a silent user is no longer waited for
+LATENCY_HISTORY_S = 600  # s, of latencies kept, at one user's rate
+MAX_UNIDENTIFIED_CONNECTIONS = 32  # that have not said hello
 
 
 @dataclass
 class LiveServer:
-    """Sessions, the solver, and whoever looks on.
+    """Live service: accepts connections, solves frames and answers them.
 
     Attributes:
-        solver: The solver; it has a place for each user that may be there at once.
-        recorder: Where live frames are kept; None if nowhere.
-        log: Told a line for people.
+        solver: Solver, with a slot for each user that may be connected at once.
+        recorder: Recorder of live frames; None if they are not recorded.
+        log: Called with each line for the terminal.
         after_batch: Called after each batch.
-        limits: What a client may do.
-        views: The last frame of each user, by number.
-        latencies: Milliseconds of the last frames.
-        answered: Frames so far.
+        limits: Limits of each client.
+        views: Last frame of each user, by user number.
+        latencies: Latencies of the last frames [ms].
+        answered: Number of frames answered so far.
     """
 
     solver: BodySolver
@@ -46,7 +46,7 @@ class LiveServer:
     answered: int = 0
 
     def __post_init__(self) -> None:
-        """Have all places free."""
+        """Start with all slots free."""
         self._free_slots = list(range(self.solver.users))[::-1]
         self._sessions: set[Session] = set()
         self._waiting: set[Session] = set()
@@ -57,23 +57,23 @@ class LiveServer:
 
     @property
     def is_crowded(self) -> bool:
-        """Whether too many connections have not said who they are."""
+        """Whether too many connections have not said hello."""
         return len(self._sessions) - self.users > MAX_UNIDENTIFIED_CONNECTIONS
 
     @property
     def users(self) -> int:
-        """How many users are there."""
+        """Number of users connected."""
         return self.solver.users - len(self._free_slots)
 
     async def start(self, host: str, port: int) -> int:
-        """Listen; return the port."""
+        """Listen on a port; return it."""
         loop = asyncio.get_running_loop()
         self._server = await loop.create_server(self._connect, host, port)
         self._watch = loop.create_task(self._watch_idle())
         return self._server.sockets[0].getsockname()[1]
 
     async def stop(self) -> None:
-        """Send everybody away and finish the recordings."""
+        """Disconnect all clients and finish the recordings."""
         if self._server:
             self._server.close()
         if self._watch:
@@ -86,7 +86,7 @@ class LiveServer:
                 await self.recorder.finish()
 
     def enter(self, session: Session) -> None:
-        """Give a place to a client that has said hello."""
+        """Assign a number and a slot to a client that has said hello; InputError if none is free."""
         if not self._free_slots:
             raise InputError(f"all {self.solver.users} places are taken; come back later, or start the service with more --users")
         self._users += 1
@@ -95,7 +95,7 @@ class LiveServer:
         self.note(session, "came")
 
     def leave(self, session: Session, reason: str) -> None:
-        """Free the place of a client that is gone."""
+        """Free the slot of a client that has disconnected."""
         self._sessions.discard(session)
         self._waiting.discard(session)
         self.views.pop(session.user, None)
@@ -106,7 +106,7 @@ class LiveServer:
             self.note(session, reason)
 
     def arrived(self, session: Session) -> None:
-        """Solve soon: at once if nobody else is expected."""
+        """Schedule the solving of a session's frames: at once if no other user's frame is due."""
         self._waiting.add(session)
         now = perf_counter()
         expected = sum(one.slot >= 0 and now - one.last_line < ACTIVE_WINDOW_S for one in self._sessions)
@@ -116,30 +116,30 @@ class LiveServer:
             self._solve_after(BATCH_WAIT_S)
 
     def calibrate(self, session: Session) -> None:
-        """Begin a user's calibration again; what follows is another recording."""
+        """Restart a user's calibration; frames after it go to another recording."""
         self.solver.reset(np.array([session.slot]))
         self._close_recording(session)
         self.note(session, "calibrates again")
 
     def note(self, session: Session, text: str) -> None:
-        """Tell the people at the terminal."""
+        """Log a line about a session."""
         self.log(f"{session.name}: {text}")
 
     def _connect(self) -> Session:
-        """Return what talks to a new client."""
+        """Return the session of a new client."""
         session = Session(self)
         self._sessions.add(session)
         return session
 
     def _solve_after(self, seconds: float) -> None:
-        """See to it that waiting frames are solved, no later than asked before."""
+        """Schedule the solving of waiting frames, replacing an earlier schedule."""
         if self._timer:
             self._timer.cancel()
         loop = asyncio.get_running_loop()
         self._timer = loop.call_later(seconds, self._solve) if seconds else loop.call_soon(self._solve)
 
     def _solve(self) -> None:
-        """Answer one frame of everybody who waits, in one batch."""
+        """Answer one frame of each waiting session, in one batch."""
         self._timer = None
         batch = list(self._waiting)
         if not batch:
@@ -153,10 +153,10 @@ class LiveServer:
             self._solve_after(0.0)
 
     def _answer(self, taken: list[tuple[Session, TimedFrame]]) -> None:
-        """Answer a frame of each of some users."""
+        """Solve and answer one frame of each of some users."""
         batch, frames = zip(*taken, strict=True)
         trackers = TrackerPoses(*(np.stack([frame.trackers[part] for frame in frames]) for part in range(2)))
-        solved = self.solver.step(np.array([session.row for session in batch]), trackers)
+        solved = self.solver.step(np.array([session.slot for session in batch]), trackers)
         numbers = np.concat([solved.root_position, solved.local_rotations.reshape(len(frames), -1)], axis=1)
         lost = np.flatnonzero(~np.isfinite(numbers.sum(axis=1)))
         states, scales = solved.states.tolist(), solved.scales.tolist()
@@ -178,14 +178,14 @@ class LiveServer:
                 self.recorder.record(session.user, *pose[:2], scales[index])
             if index in solved.problems:
                 session.tell_problem(solved.problems[index])
-            session.answer(line)  # the last, as the client may be gone after it
+            session.answer(line)  # last, as it may close the connection
 
     def _close_recording(self, session: Session) -> None:
         if self.recorder:
             self.recorder.close(session.user)
 
     async def _watch_idle(self) -> None:
-        """Send away who is silent."""
+        """Disconnect silent clients."""
         while True:
             await asyncio.sleep(min(1.0, self.limits.max_idle_s / 4))
             now = perf_counter()

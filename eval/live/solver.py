@@ -1,4 +1,4 @@
-"""Full bodies of several users at once, frame by frame, from their trackers: calibration, upper body, lower body and held feet together."""
+"""Solver of full bodies of several users at once, frame by frame, from their trackers: calibration, upper body, lower body, foot lock."""
 
 import numpy as np
 
@@ -13,40 +13,40 @@ from datasets.trackers.trackers import PELVIS_TRACKER, TRACKER_NAMES, TRACKER_RA
 from datasets.trackers.upper_body_ik import upper_body_pose
 from eval.live.messages import CALIBRATING, LIVE, WARMING_UP, SolvedFrames
 
-CALIBRATION_FRAMES = round(TRACKER_RATE_HZ)  # one second of T-pose
+CALIBRATION_FRAMES = round(TRACKER_RATE_HZ)  # of the T-pose: one second
 
 
 class LiveBodySolver:
-    """Places for a number of users, each with a state of its own.
+    """Slots for a number of users, each with a state of its own.
 
-    A user stands in a T-pose for a second, of which the tracker offsets and the size are read, warms the network up for a second, and
-    is live. Until the size is known the answer is the T-pose at the pelvis tracker; until the network is warm the legs hang straight.
+    A user stands in a T-pose for a second, which gives the tracker offsets and the size; then the network warms up for a second; then
+    the user is live. The answer is the T-pose at the pelvis tracker before calibration, and has straight legs during the warm-up.
     """
 
     def __init__(self, model: LobstrModel, users: int) -> None:
-        """Make empty places."""
+        """Make empty slots."""
         trackers = len(TRACKER_NAMES)
         self.users = users
         self._stream = LowerBodyStream(model, users)
-        self._hold = LiveFootLock(users)
-        self._frames = np.zeros(users, dtype=int)  # of the T-pose so far
+        self._foot_lock = LiveFootLock(users)
+        self._t_pose_frames = np.zeros(users, dtype=int)  # recorded so far
         self._t_poses = TrackerPoses(np.zeros((users, CALIBRATION_FRAMES, trackers, 3)), np.zeros((users, CALIBRATION_FRAMES, trackers, 4)))
         self._calibration = identity_calibration(users)
 
     def reset(self, rows: np.ndarray) -> None:
-        """Begin again with the T-pose of the users in ``rows`` (n,)."""
-        self._frames[rows] = 0
+        """Restart the calibration of the users in the slots ``rows`` (n,)."""
+        self._t_pose_frames[rows] = 0
         self._stream.reset(rows)
-        self._hold.reset(rows)
+        self._foot_lock.reset(rows)
 
     def step(self, rows: np.ndarray, trackers: TrackerPoses) -> SolvedFrames:
         """Return the bodies of one frame of some users.
 
         Args:
-            rows: Their places, shape (n,), no two the same.
-            trackers: In the world, shape (n, 4, ...).
+            rows: Slots of the users, all different, shape (n,).
+            trackers: Tracker poses in the world, shape (n, 4, ...).
         """
-        calibrated = self._frames[rows] >= CALIBRATION_FRAMES
+        calibrated = self._t_pose_frames[rows] >= CALIBRATION_FRAMES
         if calibrated.all():
             return self._solve(rows, trackers)
         solved = _t_pose(trackers)
@@ -62,11 +62,11 @@ class LiveBodySolver:
         return solved
 
     def _calibrate(self, row: int, trackers: TrackerPoses) -> str:
-        """Take one frame of a user's T-pose; after the last return what is wrong with it, if anything is."""
-        frame = self._frames[row]
+        """Record one frame of a user's T-pose and calibrate after the last; return the error of the T-pose, "" if none."""
+        frame = self._t_pose_frames[row]
         self._t_poses.positions[row, frame], self._t_poses.rotations[row, frame] = trackers
-        self._frames[row] += 1
-        if self._frames[row] < CALIBRATION_FRAMES:
+        self._t_pose_frames[row] += 1
+        if self._t_pose_frames[row] < CALIBRATION_FRAMES:
             return ""
         try:
             self._calibration.put(row, calibrate_trackers(TrackerPoses(self._t_poses.positions[row], self._t_poses.rotations[row])))
@@ -83,15 +83,15 @@ class LiveBodySolver:
         legs, contacts, warm = self._stream.push(rows, joints)
         contacts &= warm[:, None]
         if warm.all():
-            rotations = self._hold.step(rows, root, with_legs(rotations, legs), contacts)
+            rotations = self._foot_lock.step(rows, root, with_legs(rotations, legs), contacts)
         elif warm.any():
             posed = with_legs(rotations[warm], legs[warm])
-            rotations[warm] = self._hold.step(rows[warm], root[warm], posed, contacts[warm])
+            rotations[warm] = self._foot_lock.step(rows[warm], root[warm], posed, contacts[warm])
         return SolvedFrames(root * calibration.scale[:, None], rotations, contacts, np.where(warm, LIVE, WARMING_UP), calibration.scale, {})
 
 
 def _t_pose(trackers: TrackerPoses) -> SolvedFrames:
-    """Return users in the T-pose that they are asked for, where their pelvis is."""
+    """Return the frame of users who are calibrating: the T-pose at the pelvis tracker."""
     users = len(trackers.positions)
     rotations = np.zeros((users, BODY_COUNT, 4))
     rotations[..., 0] = 1.0

@@ -1,4 +1,4 @@
-"""What the terminal shows of the live service: one line while it runs, and what was at the end."""
+"""Status of the live service in the terminal: one line while it runs, and a summary at the end."""
 
 import asyncio
 from types import TracebackType
@@ -11,28 +11,28 @@ from rich.text import Text
 
 from eval.live.server import LiveServer
 
-UPDATE_INTERVAL_S = 1.0  # between two lines
-LATENCY_WINDOW_FRAMES = 450  # frames of which the line tells the latency
+UPDATE_INTERVAL_S = 1.0  # s, between two updates of the line
+LATENCY_WINDOW_FRAMES = 450  # over which the line's latency is taken
 
 
 class StatusLine:
-    """A line at the bottom of a terminal, once a second; none where there is no terminal."""
+    """Line at the bottom of a terminal, updated once a second; nothing is shown if the output is no terminal."""
 
     def __init__(self, server: LiveServer, console: Console) -> None:
-        """Be about a service."""
+        """Prepare the line about a service."""
         self._server, self._terminal = server, console.is_terminal
         self._live = Live(Text(), console=console, auto_refresh=False, transient=True)
         self._task: asyncio.Task[None] | None = None
 
     def __enter__(self) -> Self:
-        """Begin."""
+        """Show the line and start updating it."""
         if self._terminal:
             self._live.start()
             self._task = asyncio.get_running_loop().create_task(self._repeat())
         return self
 
     def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
-        """End and leave nothing behind."""
+        """Stop updating and remove the line."""
         if self._task:
             self._task.cancel()
             self._live.stop()
@@ -47,7 +47,7 @@ class StatusLine:
 
 
 def status(server: LiveServer, rate: float) -> str:
-    """Return one line about now; ``rate`` in frames a second of all users together."""
+    """Return the status line; ``rate`` is that of the frames of all users together [1/s]."""
     users = f"{server.users} user{'s' * (server.users != 1)}"
     return (
         f"{users}, {rate:.0f} frames/s{_latency(list(server.latencies)[-LATENCY_WINDOW_FRAMES:])}" if server.users else "waiting for users"
@@ -55,7 +55,7 @@ def status(server: LiveServer, rate: float) -> str:
 
 
 def summary(server: LiveServer) -> str:
-    """Return one line about all that was."""
+    """Return the summary line at the end."""
     return f"stopped after {server.answered:,} frames{_latency(list(server.latencies))}"
 
 

@@ -1,4 +1,4 @@
-"""A clip as a user of the live service performs it, trackers on, T-pose first; and how far the answers are from the truth."""
+"""Virtual user of the live service: a clip as tracker poses with a T-pose first, and the errors of the answers against the clip."""
 
 from dataclasses import dataclass
 
@@ -8,26 +8,25 @@ from datasets.motion.clip import BodyMotion
 from datasets.motion.curves import smoother_step
 from datasets.motion.humanoid import SKELETON
 from datasets.motion.kinematics import body_poses
-from datasets.motion.rotation import from_axis_angle, heading, multiply, normalise, rotate
+from datasets.motion.rotation import from_yaw, heading, multiply, normalise, rotate
 from datasets.motion.skeleton import forward_kinematics
 from datasets.trackers.lower_body import TOE_BODIES, toe_contacts
 from datasets.trackers.trackers import PELVIS_TRACKER, TRACKER_RATE_HZ, TrackerPoses, tracker_poses
 from datasets.trackers.virtual_user import draw_tracker_placement, simulate_t_pose, simulate_trackers
 
-T_POSE_S = 1.2  # a little longer than calibration takes
-BLEND_S = 1.0  # from the T-pose into the clip: while the network warms up
-_UP = np.array([0.0, 0.0, 1.0])
+T_POSE_S = 1.2  # s, a little longer than the calibration
+BLEND_S = 1.0  # s, from the T-pose into the clip, while the network warms up
 
 
 @dataclass(frozen=True)
 class TrackerReplay:
-    """What one virtual user does.
+    """Tracker poses of a virtual user, and the truth behind them.
 
     Attributes:
-        trackers: What the trackers tell, T-pose first, shape (T, 4, ...).
+        trackers: Tracker poses, T-pose first, shape (T, 4, ...).
         first_clip_frame: Index of the clip's first frame among them.
-        clip: The truth, on the standard skeleton.
-        scale: The user's size against it.
+        clip: True clip on the standard skeleton.
+        scale: Size of the user relative to the standard skeleton.
     """
 
     trackers: TrackerPoses
@@ -38,12 +37,12 @@ class TrackerReplay:
 
 @dataclass(frozen=True)
 class AnswerErrors:
-    """How far answers are from the truth.
+    """Errors of the answers against the truth.
 
     Attributes:
-        frames: How many were compared.
-        toe_error: Mean distance of the toe-bases from the true ones, pelvis on pelvis [m].
-        toe_error_world: The same in the world, where the pelvis' own error counts as well [m].
+        frames: Number of frames compared.
+        toe_error: Mean distance of the toe-bases from the true ones, roots aligned [m].
+        toe_error_world: Mean distance of the toe-bases from the true ones in the world, the pelvis' error included [m].
         contact_accuracy: Share of toe contacts that are right.
     """
 
@@ -54,17 +53,17 @@ class AnswerErrors:
 
 
 def replay_as_trackers(clip: BodyMotion, height: float, seed: int) -> TrackerReplay:
-    """Return a clip at 45 fps as worn trackers with noise.
+    """Return the poses of worn, noisy trackers of a clip at 45 fps.
 
     Args:
-        clip: On the 20 bodies.
-        height: Of the user, from sole to crown [m].
-        seed: Of how the trackers are worn, of the T-pose and of the noise.
+        clip: Clip on the 20 bodies.
+        height: Height of the user, from sole to crown [m].
+        seed: Seed of the tracker placement, of the T-pose and of the noise.
     """
     rng = np.random.default_rng(seed)
     wearing = draw_tracker_placement(rng, height)
     joints = tracker_poses(clip)
-    standing = _at(simulate_t_pose(T_POSE_S, rng), joints)
+    standing = _move_to_start(simulate_t_pose(T_POSE_S, rng), joints)
     blend = _blend(TrackerPoses(*(part[-1] for part in standing)), TrackerPoses(*(part[0] for part in joints)))
     whole = TrackerPoses(*(np.concat(parts) for parts in zip(standing, blend, joints, strict=True)))
     return TrackerReplay(simulate_trackers(whole, wearing, rng), len(whole.positions) - len(clip), clip, wearing.scale)
@@ -73,14 +72,14 @@ def replay_as_trackers(clip: BodyMotion, height: float, seed: int) -> TrackerRep
 def measure_answers(
     replay: TrackerReplay, frames: np.ndarray, roots: np.ndarray, rotations: np.ndarray, contacts: np.ndarray
 ) -> AnswerErrors:
-    """Return how right answers are.
+    """Return the errors of A answers.
 
     Args:
-        replay: What was performed.
-        frames: Which of the clip's frames the answers are to, shape (A,).
+        replay: Replay that was answered.
+        frames: Frame of the clip of each answer, shape (A,).
         roots: Positions of the pelvis [m], shape (A, 3).
-        rotations: Of the 20 bodies relative to their parents, shape (A, 20, 4).
-        contacts: Of the toes, left and right, shape (A, 2).
+        rotations: Rotations of the 20 bodies relative to their parents, wxyz, shape (A, 20, 4).
+        contacts: Whether the left and the right toes are in contact, shape (A, 2).
     """
     offsets = np.tile(SKELETON.offsets * replay.scale, (len(frames), 1, 1))
     offsets[:, 0] = roots
@@ -95,16 +94,16 @@ def measure_answers(
     )
 
 
-def _at(standing: TrackerPoses, joints: TrackerPoses) -> TrackerPoses:
-    """Return a T-pose where the clip begins, facing where it faces."""
-    turn = from_axis_angle(_UP, heading(joints.rotations[0, PELVIS_TRACKER]))
+def _move_to_start(standing: TrackerPoses, joints: TrackerPoses) -> TrackerPoses:
+    """Return the tracker poses of a T-pose moved to the position and heading of the clip's first frame."""
+    turn = from_yaw(heading(joints.rotations[0, PELVIS_TRACKER]))
     positions = rotate(np.broadcast_to(turn, (*standing.positions.shape[:-1], 4)), standing.positions)
     place = joints.positions[0, PELVIS_TRACKER] * (1.0, 1.0, 0.0)
     return TrackerPoses(positions + place, multiply(np.broadcast_to(turn, standing.rotations.shape), standing.rotations))
 
 
 def _blend(start: TrackerPoses, end: TrackerPoses) -> TrackerPoses:
-    """Return the way from one pose (4, ...) to another, ends left out."""
+    """Return the interpolation from one pose (4, ...) to another, without the ends."""
     share = smoother_step(np.arange(1, round(BLEND_S * TRACKER_RATE_HZ)) / round(BLEND_S * TRACKER_RATE_HZ))[:, None, None]
     near = np.where(np.sum(start.rotations * end.rotations, axis=-1, keepdims=True) < 0.0, -end.rotations, end.rotations)
     return TrackerPoses((1 - share) * start.positions + share * end.positions, normalise((1 - share) * start.rotations + share * near))

@@ -1,10 +1,12 @@
-"""What goes wrong in each frame of a clip: the tracks behind the artefact metrics, of clips on the 20 bodies.
+"""Artefact tracks: the values, frame by frame, whose means are the artefact metrics (docs/metrics.md), of clips on the 20 bodies.
 
 T frames, S = 2 sides (left, right), P corners of the shapes of one foot. Metres, seconds.
+
+Contact here is by height alone (``CONTACT_BY_HEIGHT_M``). ``datasets.cleanup.foot_contacts`` detects by height and speed when a foot
+stands; ``envs.mimic.spec.TOUCH_HEIGHT_M`` says when a shape of the simulated humanoid touches the ground.
 """
 
 from dataclasses import dataclass
-from functools import cache
 
 import mujoco
 import numpy as np
@@ -14,30 +16,30 @@ from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODIES, FOOT_AND_TOE_BODIES, hinge_angles
 from datasets.motion.kinematics import body_poses, centre_of_mass, lowest_point_heights
 from datasets.motion.rotation import rotate
-from envs.physics.humanoid_mjcf import build_model
+from eval.metrics.humanoid_model import humanoid_model
 
-CONTACT_HEIGHT_M = 0.02  # m: a foot whose lowest point is lower is in contact, at any speed (METRICS)
-JITTER_RATE_HZ = 60.0  # Hz
+CONTACT_BY_HEIGHT_M = 0.02  # m; a foot whose lowest point is below this is in contact by height, at any speed (docs/metrics.md)
+JITTER_RATE_HZ = 60.0  # Hz, at which jitter is defined
 _ANGLES = np.linspace(0.0, 2.0 * np.pi, 180, endpoint=False)
 _DIRECTIONS = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
 
 
 @dataclass(frozen=True)
 class ArtefactTracks:
-    """One clip, frame by frame.
+    """Artefact tracks of one clip.
 
     Attributes:
         fps: Frames per second of all tracks but ``jerk``.
-        foot_height: Of each foot's lowest point [m], shape (T, 2).
-        foot_speed: Horizontal, of that point since the frame before [m/s]; 0 in the first frame, shape (T, 2).
-        contacts: Which foot should stand: is under 2 cm, in the truth where that is known, shape (T, 2).
-        sustained_contacts: Which foot is in contact in this and in the frame before, shape (T, 2).
+        foot_height: Height of each foot's lowest point [m], shape (T, 2).
+        foot_speed: Horizontal speed of that point since the frame before [m/s]; 0 in the first frame, shape (T, 2).
+        contacts: Whether each foot is in contact by height, in the truth where that is known, shape (T, 2).
+        sustained_contacts: Whether each foot is in contact in this frame and in the one before, shape (T, 2).
         lowest: Height of the body's lowest point [m], under zero in the ground, shape (T,).
-        is_airborne: Where nothing of the truth is near the ground; nowhere if no truth is known, shape (T,).
-        penetration_depth: Of the two non-adjacent shapes that are deepest in each other [m], shape (T,).
-        jerk: Mean over joints of the third difference of position at 60 Hz [m/s^3]; of a clip of N frames there N - 3.
-        com_overhang: How far the centre of mass projects outside the polygon of the feet in contact [m], under zero inside; not a
-            number where no foot is in contact, shape (T,).
+        is_airborne: Whether no point of the truth is under 2 cm; False without a truth, shape (T,).
+        penetration_depth: Deepest overlap of two non-adjacent shapes [m], shape (T,).
+        jerk: Mean over joints of the third difference of position at 60 Hz [m/s^3], shape (N - 3,) for N frames at 60 Hz.
+        com_overhang: Distance of the projected centre of mass outside the polygon of the feet in contact [m], negative inside; NaN
+            where no foot is in contact, shape (T,).
     """
 
     fps: float
@@ -53,24 +55,25 @@ class ArtefactTracks:
 
 
 def compute_artefact_tracks(motion: BodyMotion, truth: BodyMotion | None = None) -> ArtefactTracks:
-    """Return what goes wrong in each frame of a clip, kinematic or simulated.
+    """Return the artefact tracks of a clip, kinematic or simulated.
 
     Args:
-        motion: The clip to judge.
-        truth: The clean clip, where it is known: same frames and rate. Its contacts then decide who should stand.
+        motion: Clip to judge.
+        truth: Clean clip of the same frames and rate, where it is known. Its contacts and flights then count.
 
     Raises:
         ValueError: If the clips differ in their number of frames or their rate.
     """
     positions, rotations = body_poses(motion)
     heights = lowest_point_heights(positions, rotations)
-    contacts, flight = low_feet(motion), np.zeros(len(motion), dtype=bool)
+    contacts, flight = contacts_by_height(motion), np.zeros(len(motion), dtype=bool)
     if truth is not None:
         check_pair(motion, truth)
-        contacts, flight = low_feet(truth), lowest_point_heights(*body_poses(truth)).min(axis=1) >= CONTACT_HEIGHT_M
+        contacts = contacts_by_height(truth)
+        flight = lowest_point_heights(*body_poses(truth)).min(axis=1) >= CONTACT_BY_HEIGHT_M
     return ArtefactTracks(
         fps=motion.fps,
-        foot_height=_of_feet(heights),
+        foot_height=_foot_heights(heights),
         foot_speed=np.concat([np.zeros((1, len(FOOT_AND_TOE_BODIES))), sole_speeds(motion)]),
         contacts=contacts,
         sustained_contacts=np.concat([np.zeros((1, len(FOOT_AND_TOE_BODIES)), dtype=bool), contacts[1:] & contacts[:-1]]),
@@ -78,13 +81,13 @@ def compute_artefact_tracks(motion: BodyMotion, truth: BodyMotion | None = None)
         is_airborne=flight,
         penetration_depth=self_penetration_depths(motion),
         jerk=_jerk(positions, motion.fps),
-        com_overhang=_overhang(centre_of_mass(positions, rotations), _foot_points(positions, rotations), contacts),
+        com_overhang=_com_overhang(centre_of_mass(positions, rotations), _foot_points(positions, rotations), contacts),
     )
 
 
-def low_feet(motion: BodyMotion) -> np.ndarray:
-    """Return whether the lowest point of each foot is under 2 cm, shape (T, 2)."""
-    return _of_feet(lowest_point_heights(*body_poses(motion))) < CONTACT_HEIGHT_M
+def contacts_by_height(motion: BodyMotion) -> np.ndarray:
+    """Return whether each foot is in contact by height: its lowest point is under 2 cm, shape (T, 2)."""
+    return _foot_heights(lowest_point_heights(*body_poses(motion))) < CONTACT_BY_HEIGHT_M
 
 
 def sole_speeds(motion: BodyMotion) -> np.ndarray:
@@ -98,9 +101,10 @@ def sole_speeds(motion: BodyMotion) -> np.ndarray:
 def self_penetration_depths(motion: BodyMotion) -> np.ndarray:
     """Return the deepest overlap of two non-adjacent body shapes in each frame [m], shape (T,).
 
-    Source: MuJoCo's collision on the posed body. Shapes that touch in the T-pose are adjacent.
+    MuJoCo's collision detection finds the overlaps of the posed bodies. Shapes within 2 cm of each other in the T-pose are adjacent.
     """
-    model, data = _model()
+    model = humanoid_model()
+    data = mujoco.MjData(model)
     poses = np.concat([motion.root_position, motion.local_rotations[:, 0], hinge_angles(motion.local_rotations)], axis=1)
     depths = np.zeros(len(motion))
     for frame, pose in enumerate(poses):
@@ -114,7 +118,7 @@ def self_penetration_depths(motion: BodyMotion) -> np.ndarray:
 
 
 def distances_local(motion: BodyMotion, other: BodyMotion) -> np.ndarray:
-    """Return the distance of each joint from that of another clip [m] when both roots are put in one place, shape (T, 20)."""
+    """Return the distance of each joint from that of another clip with the roots aligned [m], shape (T, 20)."""
     check_pair(motion, other)
     one, two = body_poses(motion)[0], body_poses(other)[0]
     return np.linalg.norm((one - one[:, :1]) - (two - two[:, :1]), axis=-1)
@@ -127,7 +131,7 @@ def distances_world(motion: BodyMotion, other: BodyMotion) -> np.ndarray:
 
 
 def check_pair(motion: BodyMotion, other: BodyMotion) -> None:
-    """Raise a ValueError unless two clips have the same frames."""
+    """Raise a ValueError unless two clips have the same number of frames and the same rate."""
     if len(motion) != len(other) or abs(motion.fps - other.fps) > 1e-6 * motion.fps:
         raise ValueError(
             f"{motion.name} has {len(motion)} frames at {motion.fps:g} fps, {other.name} {len(other)} at {other.fps:g}: "
@@ -135,7 +139,7 @@ def check_pair(motion: BodyMotion, other: BodyMotion) -> None:
         )
 
 
-def _of_feet(heights: np.ndarray) -> np.ndarray:
+def _foot_heights(heights: np.ndarray) -> np.ndarray:
     """Return the height of each foot's lowest point (T, 2) from those of the 20 bodies (T, 20) [m]."""
     return np.stack([heights[:, list(side)].min(axis=1) for side in FOOT_AND_TOE_BODIES], axis=1)
 
@@ -152,7 +156,7 @@ def _foot_points(positions: np.ndarray, rotations: np.ndarray) -> np.ndarray:
 def _jerk(positions: np.ndarray, fps: float) -> np.ndarray:
     """Return the mean over joints of the third difference of position at 60 Hz [m/s^3], shape (N - 3,).
 
-    Clips at other rates are resampled along a cubic spline: a linear one would add jitter of its own.
+    Clips at other rates are resampled along a cubic spline, as linear interpolation would add jitter.
     """
     if len(positions) < 4:
         return np.zeros(0)
@@ -162,28 +166,21 @@ def _jerk(positions: np.ndarray, fps: float) -> np.ndarray:
     return np.linalg.norm(np.diff(positions, n=3, axis=0) * JITTER_RATE_HZ**3, axis=-1).mean(axis=1)
 
 
-def _overhang(centres: np.ndarray, feet: np.ndarray, contacts: np.ndarray) -> np.ndarray:
-    """Return the signed distance [m] of a centre of mass from the polygon that the feet in contact cover, seen from above.
+def _com_overhang(centres: np.ndarray, feet: np.ndarray, contacts: np.ndarray) -> np.ndarray:
+    """Return the signed distance [m] of the centre of mass from the polygon of the feet in contact, seen from above.
 
-    The distance of a point outside a convex hull is the most that it lies beyond the hull's reach, over all directions; inside it is
-    the least distance from an edge.
+    Outside a convex hull the distance of a point is the largest, over all directions, by which it lies beyond the hull's extent; inside
+    it is the negative distance from the nearest edge.
 
     Args:
-        centres: Of mass [m], shape (T, 3).
+        centres: Centres of mass [m], shape (T, 3).
         feet: Corners of both feet [m], shape (T, 2, P, 3).
-        contacts: Which foot counts, shape (T, 2).
+        contacts: Whether each foot is in contact, shape (T, 2).
 
     Returns:
-        Distances, not a number where neither foot counts, shape (T,).
+        Distances, NaN where neither foot is in contact, shape (T,).
     """
-    reach = (feet[..., :2] @ _DIRECTIONS).max(axis=2)  # of each foot in each direction, (T, S, directions)
+    reach = (feet[..., :2] @ _DIRECTIONS).max(axis=2)  # extent of each foot in each direction, (T, S, directions)
     reach = np.where(contacts[:, :, None], reach, -np.inf).max(axis=1)
     outside = (centres[:, :2] @ _DIRECTIONS - reach).max(axis=1)
     return np.where(contacts.any(axis=1), outside, np.nan)
-
-
-@cache
-def _model() -> tuple[mujoco.MjModel, mujoco.MjData]:
-    """Return the humanoid for collision, built once."""
-    model = build_model()
-    return model, mujoco.MjData(model)

@@ -1,6 +1,6 @@
-"""What an animator sees go wrong in a clip, in numbers: each is a mean of one of the tracks of ``eval.metrics.artefact_tracks``.
+"""Artefact metrics of a clip (docs/metrics.md): each is a mean of one of the tracks of ``eval.metrics.artefact_tracks``.
 
-T frames. The tracks' metres come out in the units of METRICS: cm/s, mm and km/s^3.
+T frames. Tracks are in metres, metrics in cm/s, mm and km/s^3.
 """
 
 import numpy as np
@@ -8,22 +8,22 @@ import numpy as np
 from datasets.motion.clip import BodyMotion
 from eval.metrics.artefact_tracks import ArtefactTracks, compute_artefact_tracks, distances_local, distances_world, sole_speeds
 
-SKATE_HEIGHT_M, SKATE_SPEED_M_S = 0.05, 0.5  # m, m/s: GMD's skating foot
-GROUND_TOLERANCE_M = 0.005  # m, of the lowest point from the ground, before it floats or penetrates
-MIN_PENETRATION_M = 0.01  # m, of two shapes, before they penetrate each other
-BALANCE_MARGIN_M = 0.05  # m, that the centre of mass may leave the support polygon
+SKATE_HEIGHT_M, SKATE_SPEED_M_S = 0.05, 0.5  # m, m/s: a foot that is lower and faster skates (GMD)
+GROUND_TOLERANCE_M = 0.005  # m; a body whose lowest point is farther from the ground floats or penetrates
+MIN_PENETRATION_M = 0.01  # m; a smaller overlap of two shapes is none
+BALANCE_MARGIN_M = 0.05  # m; a centre of mass that is farther outside the support polygon is out of balance
 
 
 def artefact_metrics(motion: BodyMotion, truth: BodyMotion | None = None, original: BodyMotion | None = None) -> dict[str, float]:
-    """Return all artefact metrics of a clip by their id, in the units of METRICS.md.
+    """Return all artefact metrics of a clip by id, in the units of docs/metrics.md.
 
     Args:
-        motion: The clip to judge.
-        truth: The clean clip, where it is known: same frames and rate. Its contacts then decide who should stand.
-        original: The clip that ``motion`` was made from, where it was: same frames and rate.
+        motion: Clip to judge.
+        truth: Clean clip of the same frames and rate, where it is known. Its contacts and flights then count.
+        original: Clip that ``motion`` was made from, if any: same frames and rate.
 
     Returns:
-        Values by id; ``truth_error_*`` only with another clip as truth, ``deviation_*`` only with an original.
+        Values by id; ``truth_error_*`` only with a truth other than ``motion``, ``deviation_*`` only with an original.
 
     Raises:
         ValueError: If the clips differ in their number of frames or their rate.
@@ -36,7 +36,7 @@ def artefact_metrics(motion: BodyMotion, truth: BodyMotion | None = None, origin
 
 
 def metrics_of_tracks(tracks: ArtefactTracks) -> dict[str, float]:
-    """Return the metrics that a clip's own tracks say, by their id."""
+    """Return the metrics that follow from a clip's tracks, by id."""
     return {
         "foot_skate": foot_skate(tracks),
         "skating_ratio": skating_ratio(tracks),
@@ -51,7 +51,7 @@ def metrics_of_tracks(tracks: ArtefactTracks) -> dict[str, float]:
 
 
 def foot_skate(tracks: ArtefactTracks) -> float:
-    """Return the mean horizontal speed [cm/s] of a foot's lowest point while it is in contact in two adjacent frames.
+    """Return the mean horizontal speed [cm/s] of a foot's lowest point while it is in contact by height in two successive frames.
 
     The speed is that of the material point that is lowest in the later frame. Source: PhysDiff, per second.
     """
@@ -59,30 +59,30 @@ def foot_skate(tracks: ArtefactTracks) -> float:
 
 
 def skating_ratio(tracks: ArtefactTracks) -> float:
-    """Return the share of frames in which a foot is below 5 cm in two adjacent frames and faster than 0.5 m/s. Source: GMD."""
+    """Return the share of frames in which a foot is below 5 cm in two successive frames and faster than 0.5 m/s. Source: GMD."""
     low = tracks.foot_height < SKATE_HEIGHT_M
     skating = low[1:] & low[:-1] & (tracks.foot_speed[1:] > SKATE_SPEED_M_S)
     return _mean(skating[:, 0] | skating[:, 1])
 
 
 def floating(tracks: ArtefactTracks) -> float:
-    """Return the mean height [mm] of the body's lowest point where it is more than 5 mm, else 0; the truth's flight left out."""
+    """Return the mean height [mm] of the body's lowest point where it is over 5 mm, else 0, without the frames in which the truth flies."""
     heights = tracks.lowest[~tracks.is_airborne]
     return 1e3 * _mean(np.where(heights > GROUND_TOLERANCE_M, heights, 0.0))
 
 
 def ground_penetration(tracks: ArtefactTracks) -> float:
-    """Return the mean depth [mm] of the body's lowest point under the ground where it is more than 5 mm, else 0."""
+    """Return the mean depth [mm] of the body's lowest point under the ground where it is over 5 mm, else 0."""
     return 1e3 * _mean(np.where(tracks.lowest < -GROUND_TOLERANCE_M, -tracks.lowest, 0.0))
 
 
 def imbalance(tracks: ArtefactTracks) -> float:
-    """Return the share of frames with a contact whose centre of mass is over 5 cm outside the feet. Source: thesis 4.5.1."""
+    """Return the share of frames with a contact whose centre of mass is over 5 cm outside the feet in contact. Source: thesis 4.5.1."""
     return _mean(tracks.com_overhang[tracks.contacts.any(axis=1)] > BALANCE_MARGIN_M)
 
 
 def mean_distance_local_mm(motion: BodyMotion, other: BodyMotion) -> float:
-    """Return the mean distance of the joints [mm] when both roots are put in one place."""
+    """Return the mean distance of the joints with the roots aligned [mm]."""
     return 1e3 * float(distances_local(motion, other).mean())
 
 
@@ -92,15 +92,15 @@ def mean_distance_world_mm(motion: BodyMotion, other: BodyMotion) -> float:
 
 
 def contact_agreement(contacts_by_force: np.ndarray, contacts_by_height: np.ndarray) -> dict[str, float]:
-    """Return how well the rule of heights finds the contacts that the simulation's ground reaction shows.
+    """Return how well contacts by height agree with the contacts by force of a simulation.
 
     Args:
-        contacts_by_force: Whether a foot carried at least 0.05 of body weight, bool, any shape.
-        contacts_by_height: Whether its lowest point was under 2 cm, bool, same shape.
+        contacts_by_force: Whether a foot carries at least 0.05 of body weight, bool, any shape.
+        contacts_by_height: Whether its lowest point is under 2 cm, bool, same shape.
 
     Returns:
-        Shares of all feet in all frames: ``agree``, ``height_alone`` (low, but carries nothing), ``force_alone`` (carries, but is
-        not low) and ``commoner``, what always guessing the commoner answer of the force would reach. Empty without frames.
+        Shares of all feet in all frames: ``agree``, ``height_alone`` (low, but without load), ``force_alone`` (loaded, but not low)
+        and ``commoner``, what always guessing the commoner answer by force would reach. Empty without frames.
 
     Raises:
         ValueError: If the shapes differ.
@@ -119,10 +119,10 @@ def contact_agreement(contacts_by_force: np.ndarray, contacts_by_height: np.ndar
 
 
 def _mean(values: np.ndarray) -> float:
-    """Return the mean; 0 where there is nothing to go wrong."""
+    """Return the mean of values; 0 if there are none."""
     return float(values.mean()) if len(values) else 0.0
 
 
 def support_slide(clip: BodyMotion) -> float:
-    """Return the mean horizontal speed of the slower foot's lowest point [cm/s]: while one foot or the other stands, it should be zero."""
+    """Return the mean horizontal speed of the slower foot's lowest point [cm/s]; it should be 0 while either foot stands."""
     return 100.0 * float(sole_speeds(clip).min(axis=1).mean())

@@ -1,10 +1,17 @@
-"""The metrics that reports and studies print: unit, decimals, which way is better, and what each says."""
+"""Catalogue of the metrics that reports and studies print: unit, decimals, whether higher or lower is better, and a short text."""
 
 from typing import NamedTuple
 
 
 class Metric(NamedTuple):
-    """How a metric is printed and read."""
+    """Description of a metric.
+
+    Attributes:
+        unit: Unit of its values.
+        decimals: Number of decimals printed.
+        better: "higher" or "lower".
+        text: Short definition; docs/metrics.md has the whole one.
+    """
 
     unit: str
     decimals: int
@@ -37,5 +44,5 @@ ARTEFACT_CATALOGUE = {
 
 
 def metrics_with_values(*sides: dict[str, float]) -> dict[str, Metric]:
-    """Return the artefacts of which any side has a value."""
+    """Return the artefact metrics of which any side has a value, by id."""
     return {name: metric for name, metric in ARTEFACT_CATALOGUE.items() if any(name in side for side in sides)}

@@ -1,25 +1,23 @@
-"""What the feet carried in a simulation, frame by frame."""
-
-from functools import cache
+"""Ground reaction forces of the feet in a simulation, frame by frame, and the contacts that they imply."""
 
 import mujoco
 import numpy as np
 
-from datasets.motion.humanoid import FOOT_AND_TOE_BODIES, TOTAL_MASS_KG
-from envs.physics.humanoid_mjcf import build_model
+from datasets.motion.humanoid import FOOT_AND_TOE_BODIES, GRAVITY_M_S2, TOTAL_MASS_KG
+from eval.metrics.humanoid_model import humanoid_model
 
-MIN_CONTACT_FORCE_N = 0.05 * 9.81 * TOTAL_MASS_KG  # N, from which on a foot is in contact (METRICS)
+MIN_CONTACT_FORCE_N = 0.05 * GRAVITY_M_S2 * TOTAL_MASS_KG  # N; a foot that carries at least this is in contact by force (docs/metrics.md)
 
 
 def foot_loads(poses: np.ndarray, velocities: np.ndarray, targets: np.ndarray) -> np.ndarray:
-    """Return the ground's vertical force on the left and the right foot [N], shape (T, 2).
+    """Return the vertical ground reaction force on the left and the right foot [N], shape (T, 2).
 
     Args:
         poses: Generalised positions of successive frames, shape (T, 50).
         velocities: Generalised velocities, shape (T, 49).
-        targets: What the motors were told, shape (T, 43).
+        targets: Target angles of the motors [rad], shape (T, 43).
     """
-    model = _model()
+    model = humanoid_model()
     data, force = mujoco.MjData(model), np.zeros(6)
     side_of = {1 + body: side for side, foot in enumerate(FOOT_AND_TOE_BODIES) for body in foot}
     loads = np.zeros((len(poses), 2))
@@ -33,11 +31,6 @@ def foot_loads(poses: np.ndarray, velocities: np.ndarray, targets: np.ndarray) -
     return loads
 
 
-@cache
-def _model() -> mujoco.MjModel:
-    return build_model()
-
-
 def contacts_from_loads(loads: np.ndarray) -> np.ndarray:
-    """Return whether each foot was in contact, from its load [N], both of shape (T, 2)."""
+    """Return whether each foot is in contact by force, from its load [N], both of shape (T, 2)."""
     return loads >= MIN_CONTACT_FORCE_N

@@ -1,4 +1,4 @@
-"""How far a predicted lower body is from the true one (METRICS.md, lower body; LoBSTr 4.1)."""
+"""Errors of a predicted lower body against the true one (docs/metrics.md, lower body; LoBSTr 4.1)."""
 
 import numpy as np
 
@@ -6,11 +6,11 @@ from datasets.motion.rotation import conjugate, multiply, rotation_angle
 
 
 def contact_accuracy(predicted: np.ndarray, true: np.ndarray) -> float:
-    """Return how many contacts are told right [%].
+    """Return the share of contact labels that are right [%].
 
     Args:
-        predicted: Whether each toe-base is in contact, shape (T, 2).
-        true: The same.
+        predicted: Predicted labels: whether each toe-base is in contact, shape (T, 2).
+        true: True labels, shape (T, 2).
     """
     return 100.0 * float(np.mean(predicted == true))
 
@@ -19,8 +19,8 @@ def rotational_error(predicted: np.ndarray, true: np.ndarray) -> float:
     """Return the mean angle between predicted and true local rotations [deg].
 
     Args:
-        predicted: Of J joints, wxyz, shape (T, J, 4).
-        true: The same.
+        predicted: Predicted quaternions of J joints, wxyz, shape (T, J, 4).
+        true: True quaternions, shape (T, J, 4).
     """
     return float(np.degrees(rotation_angle(multiply(conjugate(true), predicted)).mean()))
 
@@ -29,8 +29,8 @@ def toe_position_error(predicted: np.ndarray, true: np.ndarray) -> float:
     """Return the mean distance between predicted and true toe-bases [cm].
 
     Args:
-        predicted: Left and right, in the pelvis' frame [m], shape (T, 2, 3).
-        true: The same.
+        predicted: Predicted positions, left and right, in the pelvis' frame [m], shape (T, 2, 3).
+        true: True positions, shape (T, 2, 3).
     """
     return 100.0 * float(np.linalg.norm(predicted - true, axis=-1).mean())
 
@@ -39,33 +39,33 @@ def toe_velocity_error(predicted: np.ndarray, true: np.ndarray, fps: float) -> f
     """Return the mean length of the difference between the velocities of predicted and true toe-bases [cm/s] (figure 3).
 
     Args:
-        predicted: Left and right, in the pelvis' frame [m], shape (T, 2, 3).
-        true: The same.
+        predicted: Predicted positions, left and right, in the pelvis' frame [m], shape (T, 2, 3).
+        true: True positions, shape (T, 2, 3).
         fps: Frames per second.
     """
     return 100.0 * fps * float(np.linalg.norm(np.diff(predicted, axis=0) - np.diff(true, axis=0), axis=-1).mean())
 
 
 def toe_distance_error(predicted: np.ndarray, true: np.ndarray) -> float:
-    """Return by how much the distance from toe-base to toe-base is wrong in the mean over frames [cm] (section 4.1.3).
+    """Return the mean absolute error of the distance between the toe-bases [cm] (section 4.1.3).
 
     Args:
-        predicted: Left and right, both in the same frame [m], shape (T, 2, 3).
-        true: The same.
+        predicted: Predicted positions, left and right, both in the same frame [m], shape (T, 2, 3).
+        true: True positions, shape (T, 2, 3).
     """
-    return 100.0 * float(np.abs(_apart(predicted) - _apart(true)).mean())
+    return 100.0 * float(np.abs(_toe_distances(predicted) - _toe_distances(true)).mean())
 
 
 def toe_distance_bias(predicted: np.ndarray, true: np.ndarray) -> float:
-    """Return by how much toe-bases are too far apart in the mean over frames, under 0 too near [cm]; arguments as before."""
-    return 100.0 * float((_apart(predicted) - _apart(true)).mean())
+    """Return the mean signed error of the distance between the toe-bases, negative if too near [cm]; arguments as before."""
+    return 100.0 * float((_toe_distances(predicted) - _toe_distances(true)).mean())
 
 
 def body_movement(local_rotations: np.ndarray) -> float:
-    """Return the mean over frames of the sum over joints of by how much each turned since the frame before [deg].
+    """Return the mean over frames of the sum over joints of the angle turned since the frame before [deg].
 
     Args:
-        local_rotations: Of J joints, wxyz, shape (T, J, 4).
+        local_rotations: Local quaternions of J joints, wxyz, shape (T, J, 4).
 
     Source: Starke et al. 2020, "Local motion phases".
     """
@@ -73,6 +73,6 @@ def body_movement(local_rotations: np.ndarray) -> float:
     return float(np.degrees(turned.sum(axis=-1).mean()))
 
 
-def _apart(toes: np.ndarray) -> np.ndarray:
-    """Return the distance from toe-base to toe-base [m], shape (T,)."""
+def _toe_distances(toes: np.ndarray) -> np.ndarray:
+    """Return the distance between the toe-bases [m], shape (T,)."""
     return np.linalg.norm(toes[:, 0] - toes[:, 1], axis=-1)

@@ -1,4 +1,4 @@
-"""What the humanoid did, pose by pose: one performance of a clip as a clip of its own, and its artefacts beside the reference's."""
+"""Rollouts of a policy as clips, and their artefacts beside those of the reference."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -19,17 +19,17 @@ from eval.metrics.artefacts import artefact_metrics
 from trainers.evaluation.protocol import PolicyFn, Rollouts
 
 SIDES = ("before", "after", "truth")
-MIN_POSES = 4  # of a performance; from less, speeds and jitter say nothing
+MIN_POSES = 4  # of a rollout; with fewer, speeds and jitter have no meaning
 
 
 class RolloutMotion(NamedTuple):
-    """One rollout, pose by pose, each ``FRAMES_PER_STEP`` frames of the reference after the one before.
+    """Poses of one rollout, ``FRAMES_PER_STEP`` frames of the reference apart.
 
     Attributes:
-        clip: Index in the library.
+        clip: Index of the clip in the library.
         frame: Frame of the clip at the first pose.
-        poses: Generalised positions, to the reference's end even where the episode ended sooner, shape (S, 50).
-        survived: How many of the poses were before the episode's early end; all S of them if there was none.
+        poses: Generalised positions up to the reference's end, even if the episode ended before, shape (S, 50).
+        survived: Number of poses before the early end of the episode; S if there was none.
     """
 
     clip: int
@@ -39,23 +39,30 @@ class RolloutMotion(NamedTuple):
 
 
 class ArtefactComparison(NamedTuple):
-    """Artefacts of the reference, of its performance and of the truth, over the frames in which the agent survived."""
+    """Artefact metrics over the frames in which the agent survived.
+
+    Attributes:
+        before: Metrics of the reference by id.
+        after: Metrics of the rollout by id.
+        truth: Metrics of the truth by id; empty if none is known.
+        frames: Number of frames compared.
+    """
 
     before: dict[str, float]
     after: dict[str, float]
-    truth: dict[str, float]  # empty where none is known
-    frames: int  # compared
+    truth: dict[str, float]
+    frames: int
 
 
 def simulate_rollouts(policy: PolicyFn, library: MotionLibrary, spec: MimicSpec, rollouts: Rollouts, threads: int) -> list[RolloutMotion]:
-    """Return what a deterministic policy does in rollouts, all played at once.
+    """Return the rollouts of a deterministic policy, all simulated at once.
 
     Args:
-        policy: The policy.
+        policy: Policy, from observations to actions.
         library: Clips.
         spec: Variant of the task that the policy was trained for.
-        rollouts: Where to begin and how long to go on, R of them.
-        threads: Native threads.
+        rollouts: Clip, first frame and length of each of R rollouts.
+        threads: Number of native threads.
     """
     count = len(rollouts.clip)
     env = AdaptMimicVectorEnv(library, count, spec, threads, AutoresetMode.DISABLED)
@@ -76,21 +83,21 @@ def simulate_rollouts(policy: PolicyFn, library: MotionLibrary, spec: MimicSpec,
 
 
 def qpos_to_motion(poses: np.ndarray, like: BodyMotion) -> BodyMotion:
-    """Return poses (S, 50), one each control step, as a clip at 60 fps that is credited like another."""
+    """Return poses (S, 50), one for each control step, as a clip at 60 fps with the name and credits of ``like``."""
     rotations = rotations_from_hinges(normalise(poses[:, 3:7]), poses[:, 7:])
     return resample(replace(like, root_position=poses[:, :3], local_rotations=rotations, fps=FPS / FRAMES_PER_STEP), FPS)
 
 
 def compare_artefacts(rollout: RolloutMotion, reference: BodyMotion, truth: BodyMotion | None) -> ArtefactComparison | None:
-    """Return the artefacts before and after of one performance.
+    """Return the artefact metrics before and after of one rollout.
 
     Args:
-        rollout: Of the reference.
-        reference: The whole clip that was performed.
-        truth: The whole clean clip behind it, where it is known.
+        rollout: Rollout of the reference.
+        reference: Whole clip that was performed.
+        truth: Whole clean clip behind it, where it is known.
 
     Returns:
-        Artefacts of the same frames of both; None if the agent survived too few of them.
+        Metrics over the same frames of both; None if the agent survived fewer than ``MIN_POSES`` poses.
     """
     if rollout.survived < MIN_POSES:
         return None
@@ -101,35 +108,35 @@ def compare_artefacts(rollout: RolloutMotion, reference: BodyMotion, truth: Body
 
 
 def compared_motions(rollout: RolloutMotion, reference: BodyMotion, truth: BodyMotion | None) -> dict[str, BodyMotion]:
-    """Return the clips that are compared, of the same frames: "before", "after" and, where it is known, "truth".
+    """Return the clips to compare, of the same frames: "before", "after" and, where it is known, "truth".
 
     Args:
-        rollout: Of the reference, of at least two poses before its end.
-        reference: The whole clip that was performed.
-        truth: The whole clean clip behind it, where it is known.
+        rollout: Rollout of the reference, with at least two poses before its end.
+        reference: Whole clip that was performed.
+        truth: Whole clean clip behind it, where it is known.
     """
     first = rollout.frame
     last = first + FRAMES_PER_STEP * (rollout.survived - 1) + 1
-    before = _as_seen_at_control_steps(reference.cut(first, last))
+    before = _resampled_from_control_steps(reference.cut(first, last))
     sides = {"before": before, "after": qpos_to_motion(rollout.poses[: rollout.survived], reference)}
-    return sides | ({"truth": _anchored(_as_seen_at_control_steps(truth.cut(first, last)), before)} if truth else {})
+    return sides | ({"truth": _anchored(_resampled_from_control_steps(truth.cut(first, last)), before)} if truth else {})
 
 
-def _as_seen_at_control_steps(motion: BodyMotion) -> BodyMotion:
-    """Return a clip at 60 fps from each second frame of it: what is known of the agent, so that both sides are smoothed alike."""
+def _resampled_from_control_steps(motion: BodyMotion) -> BodyMotion:
+    """Return a clip at 60 fps resampled from every second frame, as the agent's is, so that both sides are smoothed alike."""
     every = slice(None, None, FRAMES_PER_STEP)
-    seldom = replace(motion, root_position=motion.root_position[every], local_rotations=motion.local_rotations[every])
-    return resample(replace(seldom, fps=FPS / FRAMES_PER_STEP), FPS)
+    sparse = replace(motion, root_position=motion.root_position[every], local_rotations=motion.local_rotations[every])
+    return resample(replace(sparse, fps=FPS / FRAMES_PER_STEP), FPS)
 
 
 def _anchored(truth: BodyMotion, reference: BodyMotion) -> BodyMotion:
-    """Return the truth moved over the ground to where the reference begins: the policy cannot know of a drift before."""
+    """Return the truth moved horizontally to where the reference begins, as the policy cannot know of an earlier drift."""
     offset = (reference.root_position[0] - truth.root_position[0]) * (1.0, 1.0, 0.0)
     return replace(truth, root_position=truth.root_position + offset)
 
 
 def mean_over_windows(comparisons: Iterable[ArtefactComparison]) -> dict[str, dict[str, float]]:
-    """Return the artefacts of a clip by side: the mean over its windows, by frames compared."""
+    """Return the artefact metrics of a clip by side: the mean over its windows, weighted by the frames compared."""
     parts = list(comparisons)
     total = sum(part.frames for part in parts)
     return {
@@ -139,7 +146,7 @@ def mean_over_windows(comparisons: Iterable[ArtefactComparison]) -> dict[str, di
 
 
 def mean_over_clips(clips: Iterable[dict[str, dict[str, float]]]) -> dict[str, dict[str, float]]:
-    """Return the mean of the clips' artefacts by side, each clip that has a metric counting once; empty without clips."""
+    """Return the mean of the clips' artefact metrics by side, each clip that has a metric counting once; empty without clips."""
     parts = list(clips)
     means: dict[str, dict[str, float]] = {}
     for side in SIDES:

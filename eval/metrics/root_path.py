@@ -1,4 +1,4 @@
-"""How far a reconstructed root path is from the truth (METRICS.md, root trajectory). Paths are (N, 3) [m]."""
+"""Errors of a reconstructed root path against the true one (docs/metrics.md, root trajectory). Paths are (N, 3) [m]."""
 
 from collections.abc import Iterator
 
@@ -6,9 +6,9 @@ import numpy as np
 
 from datasets.imu.root_features import to_heading_frame
 
-WINDOW_S = 10.0
-MIN_TRAVEL_M = 1.0  # m, that the root must travel in a clip for it to be measured
-STRIDE_S = 0.2  # over which travelled ways are added up, so that jitter is no way
+WINDOW_S = 10.0  # s
+MIN_TRAVEL_M = 1.0  # m; clips whose root travels less are not measured
+STRIDE_S = 0.2  # s, between the positions whose distances are summed, so that jitter adds nothing to the distance
 
 
 def fixed_windows(frames: int, fps: float) -> Iterator[slice]:
@@ -19,12 +19,12 @@ def fixed_windows(frames: int, fps: float) -> Iterator[slice]:
 
 
 def path_length(truth: np.ndarray) -> float:
-    """Return how far a path leads in the horizontal plane [m]."""
+    """Return the length of a path in the horizontal plane [m]."""
     return float(np.linalg.norm(np.diff(truth[:, :2], axis=0), axis=1).sum())
 
 
 def travelling_windows(truth: np.ndarray, fps: float) -> list[slice]:
-    """Return the windows of a clip whose root travels at least 1 m; none of another."""
+    """Return the windows of a clip whose root travels at least 1 m; of any other clip none."""
     return list(fixed_windows(len(truth), fps)) if path_length(truth) >= MIN_TRAVEL_M else []
 
 
@@ -35,12 +35,12 @@ def e_mse(path: np.ndarray, truth: np.ndarray) -> float:
 
 
 def stationary_path(truth: np.ndarray) -> np.ndarray:
-    """Return the path of a root that stays where it begins."""
+    """Return the path of a motionless root, which stays where the truth begins, shape (N, 3)."""
     return np.broadcast_to(truth[0], truth.shape)
 
 
 def end_error(path: np.ndarray, truth: np.ndarray, axes: int = 3) -> float:
-    """Return the error at the end [m] of a path that begins where the truth begins, over its first ``axes`` coordinates."""
+    """Return the error at the end [m] of a path that begins where the truth begins, over the first ``axes`` coordinates."""
     return float(np.linalg.norm(((path[-1] - path[0]) - (truth[-1] - truth[0]))[:axes]))
 
 
@@ -50,21 +50,21 @@ def drift(path: np.ndarray, truth: np.ndarray) -> float:
 
 
 def distance_ratio(path: np.ndarray, truth: np.ndarray, fps: float) -> float:
-    """Return the way along a path over the way along the truth [ratio]; under 1 the path undershoots.
+    """Return the length of a path over that of the truth [ratio]; under 1 the path undershoots.
 
-    Ways are added up over strides of 0.2 s: over single frames the trembling of an estimate would count as way.
+    Lengths are summed over strides of 0.2 s: over single frames the jitter of an estimate would count as distance.
     """
     stride = max(1, round(STRIDE_S * fps))
     return path_length(path[::stride]) / path_length(truth[::stride])
 
 
 def displacement_errors(path: np.ndarray, truth: np.ndarray, heading: np.ndarray, absolute_height: bool = False) -> np.ndarray:
-    """Return by how much each frame's displacement errs forward, to the left and upwards [m], shape (N - 1, 3); thesis Table 2.1.
+    """Return the error of each frame's displacement forward, to the left and upwards [m], shape (N - 1, 3); thesis Table 2.1.
 
     Args:
-        path: Estimate.
-        truth: Of the same length.
-        heading: Of the true pelvis, whose axes they are [rad], shape (N,).
+        path: Estimated path.
+        truth: True path of the same length.
+        heading: Heading of the true pelvis, along which the errors are resolved [rad], shape (N,).
         absolute_height: Whether the last column is the error of the height itself rather than that of its displacement.
     """
     errors = to_heading_frame(np.diff(path, axis=0) - np.diff(truth, axis=0), heading[:-1])
@@ -74,12 +74,12 @@ def displacement_errors(path: np.ndarray, truth: np.ndarray, heading: np.ndarray
 
 
 def error_after_travel(path: np.ndarray, truth: np.ndarray, metres: float) -> float:
-    """Return the mean error [m] once the truth has travelled ``metres`` from any frame on, where the path begins; NaN if it never does.
+    """Return the mean error [m] once the truth has travelled ``metres`` from any frame, aligned in that frame; NaN if it never does.
 
     Source: Yi et al. 2022, "Physical Inertial Poser", figure of global translation errors.
     """
     travelled = np.concat([[0.0], np.cumsum(np.linalg.norm(np.diff(truth[:, :2], axis=0), axis=1))])
-    enough = travelled + metres - 1e-6  # what rounding takes away is no way
+    enough = travelled + metres - 1e-6  # tolerance for rounding
     starts = np.flatnonzero(enough <= travelled[-1])
     ends = np.searchsorted(travelled, enough[starts])
     if not len(starts):

@@ -1,4 +1,4 @@
-"""The tracking metrics of a policy and of the zero residual by rollout, and their means over clips, kinds and performers."""
+"""Tracking metrics of a policy and of the zero residual by rollout, and their means over clips, kinds and performers."""
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -9,17 +9,17 @@ from datasets.library.motion_library import ClipInfo, MotionLibrary
 from envs.mimic.spec import MimicSpec
 from trainers.evaluation.protocol import PolicyFn, Rollouts, evaluate_rollouts, evaluation_rollouts, zero_residual
 
-Summary = dict[str, dict[str, float]]  # by metric, its mean and std
+Summary = dict[str, dict[str, float]]  # mean and std by metric
 
 
 @dataclass(frozen=True)
 class ClipTracking:
-    """How one clip was tracked; metrics by their id for each of its R rollouts.
+    """Tracking metrics of one clip by id, for each of its R rollouts.
 
     Attributes:
-        clip: Which.
-        windows: How many windows the protocol cuts it into.
-        frames: Frames of a rollout's reference.
+        clip: Clip.
+        windows: Number of windows that the protocol cuts it into.
+        frames: Number of frames of a rollout's reference.
         policy: Metrics of the policy, each of shape (R,).
         zero_residual: Metrics of the zero residual, each of shape (R,).
     """
@@ -32,14 +32,14 @@ class ClipTracking:
 
 
 def evaluate_tracking(act: PolicyFn, library: MotionLibrary, spec: MimicSpec, threads: int, with_truth: bool) -> Iterator[ClipTracking]:
-    """Play the protocol clip by clip.
+    """Yield the tracking metrics of each clip, evaluated by the protocol.
 
     Args:
-        act: The policy.
+        act: Policy, from observations to actions.
         library: Clips, each long enough for the protocol.
         spec: Variant of the task that the policy was trained for.
-        threads: Native threads.
-        with_truth: Whether the clips have another one as their truth; else ``root_mse_truth`` says nothing and is left out.
+        threads: Number of native threads.
+        with_truth: Whether the clips have a truth other than themselves; else ``root_mse_truth`` has no meaning and is left out.
     """
     rollouts, _ = evaluation_rollouts(library)
     for index, clip in enumerate(library.clips):
@@ -62,7 +62,7 @@ def summarise(parts: Iterable[dict[str, np.ndarray]]) -> Summary:
 
 
 def summarise_tracking(recorded: list[ClipTracking], suited: list[ClipTracking]) -> dict[str, Summary]:
-    """Return the four blocks of a report: the policy and the zero residual, on clips as recorded and through a suit."""
+    """Return the four summaries of a report: policy and zero residual, on clips as recorded and through a suit."""
     return {
         "tracking": summarise(one.policy for one in recorded),
         "tracking_zero_residual": summarise(one.zero_residual for one in recorded),
@@ -74,7 +74,7 @@ def summarise_tracking(recorded: list[ClipTracking], suited: list[ClipTracking])
 def group_clips(
     recorded: list[ClipTracking], suited: list[ClipTracking], key: Callable[[ClipInfo], str]
 ) -> dict[str, tuple[list[ClipTracking], list[ClipTracking]]]:
-    """Return the clips as recorded and those through a suit by a property of theirs, in alphabetical order."""
+    """Return the clips as recorded and those through a suit, grouped by a property in alphabetical order."""
     keys = sorted({key(one.clip) for one in recorded})
     return {
         value: ([one for one in recorded if key(one.clip) == value], [one for one in suited if key(one.clip) == value]) for value in keys
@@ -82,16 +82,16 @@ def group_clips(
 
 
 def survival_shares(parts: Iterable[ClipTracking], of_zero_residual: bool, seconds: np.ndarray, fps: float) -> np.ndarray:
-    """Return the share of the rollouts that last at least so long, among those whose reference does.
+    """Return the share of rollouts that last at least each time, among those whose reference does.
 
     Args:
-        parts: Clips.
-        of_zero_residual: Of the zero residual instead of the policy.
+        parts: Tracking metrics of clips.
+        of_zero_residual: Whether the zero residual is taken instead of the policy.
         seconds: Times [s], shape (T,).
-        fps: Of the references [1/s].
+        fps: Frame rate of the references [1/s].
 
     Returns:
-        Shares, shape (T,); not a number where no reference is that long.
+        Shares, shape (T,); NaN where no reference is that long.
     """
     parts = list(parts)
     reference = np.concat([np.full(len(one.policy["sr90"]), one.frames / fps) for one in parts])

@@ -1,6 +1,6 @@
-"""Artefacts over time, before and after and, where it is known, in the truth, as plotly's figures.
+"""Plotly figures of artefacts over time: before, after and, where it is known, in the truth.
 
-T frames. Each plot shows one track of ``eval.metrics.artefact_tracks`` of all sides; kept frames are shaded, seams are dotted lines.
+T frames. Each plot shows one track of ``eval.metrics.artefact_tracks`` of all sides; kept frames are shaded, restarts are dotted lines.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -9,28 +9,29 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from eval.metrics.artefact_tracks import CONTACT_HEIGHT_M, JITTER_RATE_HZ, ArtefactTracks
+from datasets.cleanup.foot_contacts import true_spans
+from eval.metrics.artefact_tracks import CONTACT_BY_HEIGHT_M, JITTER_RATE_HZ, ArtefactTracks
 from eval.metrics.artefacts import BALANCE_MARGIN_M, MIN_PENETRATION_M
 from eval.pages.figures import GREY, RECORDED, SUITED, Figure, figure, line
 
 SIDE_STYLES = {"before": (SUITED, "solid"), "after": (RECORDED, "solid"), "truth": ("text", "dot")}  # colour, dash
-MAX_POINTS = 1500  # of a line; in a longer clip a point stands for several frames, by the worst of them
-_SMOOTHED = 0.1  # s, over which jitter is averaged: of single frames nothing could be read
-_KEPT = "rgba(217, 138, 31, 0.16)"
-_HEIGHT = 270  # pixels
-_MAX_FOOT_HEIGHT_CM, _MAX_FOOT_SPEED_CM_S = 16.0, 150.0  # cm, cm/s, the tops of plots of feet: steps would hide what happens on the ground
+MAX_POINTS = 1500  # of a line; in a longer clip a point has the worst value of several frames
+_JITTER_WINDOW_S = 0.1  # s, over which jitter is averaged, as single frames are too noisy to read
+_KEPT_COLOUR = "rgba(217, 138, 31, 0.16)"
+_PLOT_HEIGHT_PX = 270
+_MAX_FOOT_HEIGHT_CM, _MAX_FOOT_SPEED_CM_S = 16.0, 150.0  # upper limits of the plots of feet, as swings would hide values near the ground
 
 
 class Panel(NamedTuple):
-    """One plot.
+    """Description of one plot.
 
     Attributes:
-        title: Above it.
-        y_title: What is measured, with its unit.
-        values: Of each frame, shape (T,), not a number where there is none.
-        worst: The ufunc whose result is the worse of two values.
-        threshold: The value at which the metric begins to count, None if there is none.
-        y_max: Where the plot ends at the latest, None if everything is shown.
+        title: Title of the plot.
+        y_title: Quantity and unit.
+        values: Function from tracks to the value of each frame, shape (T,), NaN where there is none.
+        worst: Ufunc that returns the worse of two values.
+        threshold: Value at which the metric begins to count, None if there is none.
+        y_max: Upper limit of the vertical axis, None if everything is shown.
     """
 
     title: str
@@ -51,7 +52,7 @@ def _foot_panels(side: int, name: str) -> list[Panel]:
             "lowest point [cm]",
             lambda t: 100.0 * t.foot_height[:, side],
             np.fmin,
-            100.0 * CONTACT_HEIGHT_M,
+            100.0 * CONTACT_BY_HEIGHT_M,
             _MAX_FOOT_HEIGHT_CM,
         ),
         Panel(f"{name} foot: speed while in contact", "horizontal speed [cm/s]", speed, np.fmax, None, _MAX_FOOT_SPEED_CM_S),
@@ -61,9 +62,9 @@ def _foot_panels(side: int, name: str) -> list[Panel]:
 PANELS: tuple[Panel, ...] = (
     *(panel for pair in zip(_foot_panels(0, "Left"), _foot_panels(1, "Right"), strict=True) for panel in pair),
     Panel("Body's lowest point", "height above the ground [mm]", lambda t: 1e3 * t.lowest, np.fmin),
-    Panel("Deepest overlap of two limbs", "depth [mm]", lambda t: 1e3 * t.overlap, np.fmax, 1e3 * MIN_PENETRATION_M),
-    Panel("Jitter", "over 0.1 s [km/s³]", lambda t: 1e-3 * uniform_filter1d(t.jerk, round(_SMOOTHED * JITTER_RATE_HZ)), np.fmax),
-    Panel("Balance", "mass beside the feet [cm]", lambda t: 100.0 * np.maximum(t.overhang, 0.0), np.fmax, 100.0 * BALANCE_MARGIN_M),
+    Panel("Deepest overlap of two limbs", "depth [mm]", lambda t: 1e3 * t.penetration_depth, np.fmax, 1e3 * MIN_PENETRATION_M),
+    Panel("Jitter", "over 0.1 s [km/s³]", lambda t: 1e-3 * uniform_filter1d(t.jerk, round(_JITTER_WINDOW_S * JITTER_RATE_HZ)), np.fmax),
+    Panel("Balance", "mass beside the feet [cm]", lambda t: 100.0 * np.maximum(t.com_overhang, 0.0), np.fmax, 100.0 * BALANCE_MARGIN_M),
 )
 
 
@@ -74,13 +75,13 @@ def plot_artefacts(
 
     Args:
         sides: Tracks of "before", "after" and, where it is known, "truth".
-        kept: From when to when the input was kept [s].
-        restarts: When the agent began again [s].
+        kept: Start and end of each span in which the input was kept [s].
+        restarts: Times at which the simulation restarted [s].
     """
     plots = []
     for panel in PANELS:
         lines = [_curve(panel, tracks, name) for name, tracks in sides.items() if panel.values(tracks).size]
-        drawn = figure(lines, "time [s]", panel.y_title, height=_HEIGHT, shapes=_marks(kept, restarts) + _rule(panel.threshold))
+        drawn = figure(lines, "time [s]", panel.y_title, height=_PLOT_HEIGHT_PX, shapes=_marks(kept, restarts) + _rule(panel.threshold))
         if panel.y_max:
             shown = [y for one in lines for y in one["y"] if y is not None]
             low, high = min(shown, default=0.0), max(shown, default=0.0)
@@ -100,21 +101,20 @@ def plot_over_time(
     """Return a plot of any values over time in the same style.
 
     Args:
-        lines: By name the values, shape (T,), and their colour.
-        y_title: What they are, with their unit.
+        lines: Values, shape (T,), and colour of each line, by name.
+        y_title: Quantity and unit.
         fps: Frames per second.
-        worst: The ufunc whose result is the worse of two values.
-        kept: From when to when the input was kept [s].
-        restarts: When the agent began again [s].
+        worst: Ufunc that returns the worse of two values.
+        kept: Start and end of each span in which the input was kept [s].
+        restarts: Times at which the simulation restarted [s].
     """
     traces = [_thin(values, len(values), fps, worst, name, colour, "solid") for name, (values, colour) in lines.items()]
-    return figure(traces, "time [s]", y_title, height=_HEIGHT, shapes=_marks(kept, restarts))
+    return figure(traces, "time [s]", y_title, height=_PLOT_HEIGHT_PX, shapes=_marks(kept, restarts))
 
 
-def true_spans(flags: np.ndarray, fps: float) -> list[tuple[float, float]]:
-    """Return from when to when flags (T,) hold [s]."""
-    edges = np.flatnonzero(np.diff(np.concat([[False], flags, [False]]).astype(int)))
-    return [(float(begin / fps), float(end / fps)) for begin, end in edges.reshape(-1, 2)]
+def spans_in_seconds(flags: np.ndarray, fps: float) -> list[tuple[float, float]]:
+    """Return the start and the end of each span in which flags (T,) are True [s]."""
+    return [(float(begin / fps), float(end / fps)) for begin, end in true_spans(flags)]
 
 
 def _curve(panel: Panel, tracks: ArtefactTracks, name: str) -> dict[str, Any]:
@@ -122,7 +122,7 @@ def _curve(panel: Panel, tracks: ArtefactTracks, name: str) -> dict[str, Any]:
 
 
 def _thin(values: np.ndarray, frames: int, fps: float, worst: np.ufunc, name: str, colour: str, dash: str) -> dict[str, Any]:
-    """Return the line of values (N,) that lie in the middle of a clip of so many frames, with at most ``POINTS`` points."""
+    """Return the line of values (N,), centred in a clip of so many frames, with at most ``MAX_POINTS`` points."""
     starts = np.arange(0, len(values), -(-len(values) // MAX_POINTS))
     seconds = (starts + 0.5 * (frames - len(values))) / fps
     shown = [float(f"{y:.4g}") if np.isfinite(y) else None for y in worst.reduceat(values, starts)]
@@ -132,9 +132,9 @@ def _thin(values: np.ndarray, frames: int, fps: float, worst: np.ufunc, name: st
 
 
 def _marks(kept: Sequence[tuple[float, float]], restarts: Sequence[float]) -> list[dict[str, Any]]:
-    shade = {"type": "rect", "yref": "paper", "y0": 0, "y1": 1, "fillcolor": _KEPT, "line": {"width": 0}, "layer": "below"}
+    shade = {"type": "rect", "yref": "paper", "y0": 0, "y1": 1, "fillcolor": _KEPT_COLOUR, "line": {"width": 0}, "layer": "below"}
     upright = {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "line": {"color": GREY, "width": 1.2, "dash": "dot"}}
-    return [{**shade, "x0": begin, "x1": end} for begin, end in kept] + [{**upright, "x0": seam, "x1": seam} for seam in restarts]
+    return [{**shade, "x0": begin, "x1": end} for begin, end in kept] + [{**upright, "x0": restart, "x1": restart} for restart in restarts]
 
 
 def _rule(value: float | None) -> list[dict[str, Any]]:

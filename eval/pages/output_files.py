@@ -1,4 +1,4 @@
-"""Files that other programs read: whole or not there at all, in a folder that was looked at before the work."""
+"""Writing of output files, whole or not at all, and checks that the output folder is writable."""
 
 import os
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ def write_whole(path: Path, content: str | bytes) -> None:
 
 @contextmanager
 def reporting_write_errors(path: Path) -> Iterator[None]:
-    """Tell in one line what keeps a file or folder from being written.
+    """Turn the error of a file or folder that cannot be written into one line.
 
     Raises:
         InputError: Instead of an ``OSError``.
@@ -29,7 +29,7 @@ def reporting_write_errors(path: Path) -> Iterator[None]:
 
 
 def check_writable(out: Path, option: str = "--out") -> None:
-    """Raise before the work if its results could not be written into the folder ``out``, named by an ``option``, after it."""
+    """Raise an InputError if the folder ``out``, given by ``option``, cannot be written to; called before the work."""
     there = next(path for path in (out, *out.absolute().parents) if path.exists())
     if not there.is_dir() or not os.access(there, os.W_OK):
         raise InputError(f"{option} {out}: {there} is no folder that can be written to")

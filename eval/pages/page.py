@@ -1,4 +1,4 @@
-"""Pages that need no network: the room where templates of reports and studies are filled in."""
+"""Rendering of the HTML pages of reports and studies, which need no network, from their templates."""
 
 import base64
 import json
@@ -17,8 +17,8 @@ def render_page(template: str, filters: dict[str, Callable[..., Any]], **values:
 
     Args:
         template: Path of a template below ``eval/``.
-        filters: What the template can do with values beside this file's functions.
-        values: What the template speaks of.
+        filters: Filters of the template beside this file's, by name.
+        **values: Variables of the template, by name.
     """
     environment = Environment(
         loader=FileSystemLoader(PROJECT_ROOT / "eval"), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
@@ -29,17 +29,17 @@ def render_page(template: str, filters: dict[str, Callable[..., Any]], **values:
 
 
 def number(value: float | None, decimals: int) -> str:
-    """Return a number with so many decimals and a true minus; a dash for none."""
+    """Return a number with so many decimals and a typographic minus; a dash for None."""
     return "–" if value is None else f"{value:.{decimals}f}".replace("-", "−")  # noqa: RUF001 (typography)
 
 
 def spread(summary: dict[str, float] | None, decimals: int) -> str:
-    """Return mean ± standard deviation; a dash for none."""
+    """Return mean ± standard deviation; a dash for None."""
     return "–" if not summary else f"{number(summary['mean'], decimals)} ± {number(summary['std'], decimals)}"  # noqa: RUF001
 
 
 def change(before: float | None, after: float | None, decimals: int) -> str:
-    """Return how much a value that is printed with so many decimals changed, in per cent; by how much where it was zero."""
+    """Return the change of a value that is printed with so many decimals, in per cent; the new value if it was zero."""
     if before is None or after is None:
         return "–"  # noqa: RUF001
     first, second = round(before, decimals), round(after, decimals)
@@ -50,15 +50,15 @@ def change(before: float | None, after: float | None, decimals: int) -> str:
 
 
 def _figure(figure: dict[str, Any]) -> Markup:
-    """Return a figure as JSON that is safe inside a script."""
+    """Return a figure as JSON that is safe inside a script element."""
     return Markup(json.dumps(figure, allow_nan=False).replace("<", "\\u003c"))
 
 
 def _video(mp4: bytes) -> str:
-    """Return a video as the address that holds it whole."""
+    """Return a video as a data URL."""
     return "data:video/mp4;base64," + base64.b64encode(mp4).decode()
 
 
 def _image(png: bytes) -> str:
-    """Return a picture as the address that holds it whole."""
+    """Return a picture as a data URL."""
     return "data:image/png;base64," + base64.b64encode(png).decode()

@@ -1,6 +1,6 @@
 """Videos and pictures of the humanoid: the reference beside, or as a ghost behind, the agent that performs it.
 
-Figures are posed by generalised positions (50,): root position and rotation, then the 43 hinges, as ``MotionLibrary.start_pose``.
+Humanoids are posed by generalised positions (50,): root position and rotation, then the 43 hinges, as ``MotionLibrary.start_pose``.
 """
 
 import importlib
@@ -30,15 +30,15 @@ REFERENCE_COLOUR = (0.50, 0.54, 0.61, 1.0)
 AGENT_COLOUR = (0.16, 0.47, 0.75, 1.0)
 LOST_COLOUR = (0.80, 0.36, 0.22, 1.0)
 GHOST_ALPHA = 0.40
-_VIEW = np.radians(145.0)  # camera's direction from the figure's heading: seen from the front and its left
-_ELEVATION = -9.0  # deg, MuJoCo's unit
-_HORIZON = [0.93, 0.95, 0.97]  # colour of the sky's rim
-_LIGHT_DISTANCE = 4.0  # m, from the camera's target
-# Long lenses: figures that stand beside each other are seen from the same side.
-_VIDEO_HEIGHT, _VIDEO_FIELD = 2.8, 18.0  # m, deg
-_STRIP_HEIGHT, _STRIP_FIELD = 2.25, 12.0  # m, deg
-_FOLLOW_SECONDS = 0.5  # the camera's path is the reference's, smoothed over this
-_CAMERA_TARGET_HEIGHT_M = 0.85  # m, of the point that the camera looks at
+_VIEW_AZIMUTH_RAD = np.radians(145.0)  # of the camera's direction from the humanoid's heading: a view from its front left
+_ELEVATION_DEG = -9.0  # MuJoCo's unit
+_HORIZON_COLOUR = [0.93, 0.95, 0.97]
+_LIGHT_DISTANCE_M = 4.0  # from the camera's target
+# Narrow fields of view, so that humanoids that stand beside each other are seen from the same side.
+_VIDEO_HEIGHT_M, _VIDEO_FIELD_DEG = 2.8, 18.0
+_STRIP_HEIGHT_M, _STRIP_FIELD_DEG = 2.25, 12.0
+_CAMERA_SMOOTHING_S = 0.5  # standard deviation of the smoothing of the reference's path, which the camera follows
+_CAMERA_TARGET_HEIGHT_M = 0.85  # of the point that the camera looks at
 _PROBE = """
 import mujoco
 model = mujoco.MjModel.from_xml_string('<mujoco><worldbody><light pos="0 0 3"/><geom size="1"/></worldbody></mujoco>')
@@ -51,19 +51,31 @@ with mujoco.Renderer(model, 32, 32) as renderer:
 
 
 class PosedHumanoid(NamedTuple):
-    """One humanoid in a picture."""
+    """One humanoid in a picture.
 
-    pose: np.ndarray  # (50,)
-    colour: tuple[float, float, float, float]  # rgba
-    offset: np.ndarray  # added to its place in the world [m], (3,)
+    Attributes:
+        pose: Generalised positions, shape (50,).
+        colour: Red, green, blue and opacity, each from 0 to 1.
+        offset: Offset added to its position in the world [m], shape (3,).
+    """
+
+    pose: np.ndarray
+    colour: tuple[float, float, float, float]
+    offset: np.ndarray
 
 
 class Camera(NamedTuple):
-    """From where a picture is taken."""
+    """Camera of a picture.
 
-    target: np.ndarray  # looked at [m], (3,)
-    distance: float  # m
-    azimuth: float  # of its direction [rad]
+    Attributes:
+        target: Point that it looks at [m], shape (3,).
+        distance: Distance from the target [m].
+        azimuth: Azimuth of its direction [rad].
+    """
+
+    target: np.ndarray
+    distance: float
+    azimuth: float
 
     @property
     def right(self) -> np.ndarray:
@@ -72,7 +84,7 @@ class Camera(NamedTuple):
 
     @property
     def light(self) -> np.ndarray:
-        """Return the direction of the light, shape (3,): from behind the photographer, steeply down."""
+        """Return the direction of the light, shape (3,): from behind the camera, steeply down."""
         ahead = np.array([np.cos(self.azimuth), np.sin(self.azimuth), 0.0])
         direction = 0.5 * ahead + 0.25 * self.right - np.array([0.0, 0.0, 1.0])
         return direction / np.linalg.norm(direction)
@@ -85,24 +97,25 @@ def motion_to_qpos(motion: BodyMotion) -> np.ndarray:
 
 @cache
 def can_render() -> bool:
-    """Return whether pictures can be made here, having chosen how: through EGL, OSMesa or a screen.
+    """Return whether MuJoCo can render here, and choose how: through EGL, OSMesa or a screen.
 
-    A choice by the environment variable MUJOCO_GL is kept. Each way is tried in a process of its own: a failed one would
-    stay with this process.
+    A choice by the environment variable MUJOCO_GL is kept. Each backend is tried in a process of its own, as a failed one cannot be
+    unloaded.
     """
     chosen = os.environ.get("MUJOCO_GL")
     if chosen or not sys.platform.startswith("linux"):
-        return _works(chosen)
-    for way in ("egl", "osmesa", *(["glfw"] if os.environ.get("DISPLAY") else [])):
-        if _works(way):
-            os.environ["MUJOCO_GL"] = way
+        return _backend_works(chosen)
+    for backend in ("egl", "osmesa", *(["glfw"] if os.environ.get("DISPLAY") else [])):
+        if _backend_works(backend):
+            os.environ["MUJOCO_GL"] = backend
             importlib.reload(gl_context)  # it read the variable when it was first imported
             return True
     return False
 
 
-def _works(way: str | None) -> bool:
-    environment = {**os.environ, **({"MUJOCO_GL": way} if way else {})}
+def _backend_works(backend: str | None) -> bool:
+    """Return whether a backend of MuJoCo's renderer works, tried in another process."""
+    environment = {**os.environ, **({"MUJOCO_GL": backend} if backend else {})}
     try:
         return subprocess.run([sys.executable, "-c", _PROBE], env=environment, capture_output=True, timeout=60).returncode == 0
     except subprocess.TimeoutExpired:
@@ -110,21 +123,21 @@ def _works(way: str | None) -> bool:
 
 
 class SceneRenderer:
-    """The lit ground and a camera. Use as a context, so that its buffers are freed.
+    """Renderer of humanoids on the lit ground. Use as a context, so that its buffers are freed.
 
     Raises:
-        RuntimeError: If nothing can be rendered here; ``can_render`` tells before.
+        RuntimeError: If ``can_render`` is False.
     """
 
     def __init__(self, width: int, height: int, field_of_view: float, shadow_radius: float = 4.0, fine: bool = False) -> None:
         """Set up the ground, the light and the buffers.
 
         Args:
-            width: Of the pictures [pixels].
-            height: Of the pictures [pixels].
-            field_of_view: Vertical [deg].
-            shadow_radius: Shadows fall within this distance of the camera's target [m].
-            fine: Whether edges and shadows are smooth, at twice the time.
+            width: Width of the pictures [pixels].
+            height: Height of the pictures [pixels].
+            field_of_view: Vertical field of view [deg].
+            shadow_radius: Distance from the camera's target within which shadows are drawn [m].
+            fine: Whether edges and shadows are smooth, which takes twice the time.
         """
         if not can_render():
             raise RuntimeError(INSTALL_HINT)
@@ -134,12 +147,12 @@ class SceneRenderer:
         spec.visual.quality.shadowsize, spec.visual.quality.offsamples = (4096, 4) if fine else (1024, 0)
         spec.visual.headlight.ambient = [0.45] * 3
         spec.visual.headlight.diffuse = [0.35] * 3
-        spec.visual.rgba.haze = [*_HORIZON, 1.0]
+        spec.visual.rgba.haze = [*_HORIZON_COLOUR, 1.0]
         spec.stat.extent = 1.0  # m, so that the lengths below are metres
         spec.visual.map.znear, spec.visual.map.zfar, spec.visual.map.shadowclip = 0.1, 100.0, shadow_radius
         spec.add_texture(
             name="sky", type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-            rgb1=_HORIZON, rgb2=[0.78, 0.82, 0.87], width=128, height=768,
+            rgb1=_HORIZON_COLOUR, rgb2=[0.78, 0.82, 0.87], width=128, height=768,
         )  # fmt: skip
         self._model = spec.compile()
         self._data = mujoco.MjData(self._model)
@@ -147,28 +160,28 @@ class SceneRenderer:
         self._renderer = mujoco.Renderer(self._model, height, width)
 
     def __enter__(self) -> Self:
-        """Return the stage."""
+        """Return the renderer."""
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         """Free the buffers."""
         self._renderer.close()
 
-    def render(self, figures: list[PosedHumanoid], camera: Camera) -> np.ndarray:
-        """Return a picture of figures, uint8, shape (height, width, 3)."""
+    def render(self, humanoids: list[PosedHumanoid], camera: Camera) -> np.ndarray:
+        """Return a picture of humanoids, uint8, shape (height, width, 3)."""
         view = mujoco.MjvCamera()
         view.lookat[:] = camera.target
-        view.distance, view.azimuth, view.elevation = camera.distance, np.degrees(camera.azimuth), _ELEVATION
+        view.distance, view.azimuth, view.elevation = camera.distance, np.degrees(camera.azimuth), _ELEVATION_DEG
         scene = self._renderer.scene
-        for count, figure in enumerate(figures):
-            self._data.qpos[:] = figure.pose
-            self._data.qpos[:3] += figure.offset
+        for count, humanoid in enumerate(humanoids):
+            self._data.qpos[:] = humanoid.pose
+            self._data.qpos[:3] += humanoid.offset
             mujoco.mj_kinematics(self._model, self._data)
             mujoco.mj_comPos(self._model, self._data)
-            if count == 0:  # ground, light and camera come with the first figure
+            if count == 0:  # ground, light and camera are added with the first humanoid
                 mujoco.mj_camlight(self._model, self._data)
                 self._data.light_xdir[:] = camera.light
-                self._data.light_xpos[:] = camera.target - _LIGHT_DISTANCE * camera.light
+                self._data.light_xpos[:] = camera.target - _LIGHT_DISTANCE_M * camera.light
                 self._renderer.update_scene(self._data, view)
                 first = next(i for i in range(scene.ngeom) if scene.geoms[i].type != mujoco.mjtGeom.mjGEOM_PLANE)
             else:
@@ -176,7 +189,7 @@ class SceneRenderer:
                 everything = mujoco.mjtCatBit.mjCAT_DYNAMIC
                 mujoco.mjv_addGeoms(self._model, self._data, self._option, self._perturb, everything, scene)
             for i in range(first, scene.ngeom):
-                scene.geoms[i].rgba[:] = figure.colour
+                scene.geoms[i].rgba[:] = humanoid.colour
         return self._renderer.render()
 
 
@@ -188,8 +201,8 @@ def render_pair(
     Args:
         reference: Poses of the reference, shape (T, 50).
         agent: Poses of the agent, shape (T, 50).
-        fps: Of both [1/s].
-        lost: Frames in which the agent is shown in another colour, as its episode had ended, shape (T,).
+        fps: Frame rate of both [1/s].
+        lost: Whether the agent's episode had ended, so that it is shown in another colour, shape (T,).
         size: Width and height [pixels].
 
     Returns:
@@ -198,43 +211,43 @@ def render_pair(
     shown = np.arange(0, len(reference), fps / VIDEO_FPS).round().astype(int)
     shown = shown[shown < len(reference)]
     path = _camera_path(reference[:, :3], fps)
-    azimuth = float(heading(reference[0, 3:7])) + _VIEW
+    azimuth = float(heading(reference[0, 3:7])) + _VIEW_AZIMUTH_RAD
     frames = []
-    with SceneRenderer(*size, _VIDEO_FIELD) as stage:
+    with SceneRenderer(*size, _VIDEO_FIELD_DEG) as renderer:
         for t in shown:
-            camera = Camera(path[t], _camera_distance(_VIDEO_HEIGHT, _VIDEO_FIELD), azimuth)
+            camera = Camera(path[t], _camera_distance(_VIDEO_HEIGHT_M, _VIDEO_FIELD_DEG), azimuth)
             colour = LOST_COLOUR if lost is not None and lost[t] else AGENT_COLOUR
             pair = [
                 PosedHumanoid(reference[t], REFERENCE_COLOUR, -0.75 * camera.right),
                 PosedHumanoid(agent[t], colour, 0.75 * camera.right),
             ]
-            frames.append(stage.render(pair, camera))
+            frames.append(renderer.render(pair, camera))
     return np.stack(frames)
 
 
 def _camera_path(root: np.ndarray, fps: float) -> np.ndarray:
-    """Return where the camera looks, at each of the root's positions (T, 3): smooth, and without a lag at either end."""
-    spread = _FOLLOW_SECONDS * fps
-    beyond = min(round(4 * spread), len(root) - 1)
-    longer = np.pad(root, ((beyond, beyond), (0, 0)), mode="reflect", reflect_type="odd")
-    path = gaussian_filter1d(longer, spread, axis=0, mode="nearest")[beyond : beyond + len(root)]
+    """Return the camera's target for each root position (T, 3): smoothed, without a lag at either end."""
+    sigma = _CAMERA_SMOOTHING_S * fps
+    pad = min(round(4 * sigma), len(root) - 1)
+    padded = np.pad(root, ((pad, pad), (0, 0)), mode="reflect", reflect_type="odd")
+    path = gaussian_filter1d(padded, sigma, axis=0, mode="nearest")[pad : pad + len(root)]
     path[:, 2] = _CAMERA_TARGET_HEIGHT_M
     return path
 
 
 def _camera_distance(height: float, field_of_view: float) -> float:
-    """Return from how far [m] a picture shows so much height [m] at a field of view [deg]."""
+    """Return the distance [m] from which a picture shows a height [m] at a field of view [deg]."""
     return height / (2.0 * np.tan(np.radians(field_of_view) / 2.0))
 
 
 def save_strip(path: Path, reference: np.ndarray, agent: np.ndarray, moments: int = 7, size: tuple[int, int] = (1600, 420)) -> None:
-    """Write a PNG strip of evenly spread moments, as ``strip`` draws them.
+    """Write the picture of ``render_strip`` as PNG.
 
     Args:
         path: File to write.
         reference: Poses of the reference, shape (T, 50).
         agent: Poses of the agent, shape (T, 50).
-        moments: How many.
+        moments: Number of moments.
         size: Width and height [pixels].
     """
     mediapy.write_image(path, render_strip(reference, agent, moments, size))
@@ -246,23 +259,23 @@ def render_strip(reference: np.ndarray, agent: np.ndarray, moments: int = 7, siz
     Args:
         reference: Poses of the reference, shape (T, 50).
         agent: Poses of the agent, shape (T, 50).
-        moments: How many.
+        moments: Number of moments.
         size: Width and height [pixels].
 
     Returns:
         Pixels, uint8, shape (height, width, 3).
     """
     width, height = size
-    azimuth = float(heading(reference[0, 3:7])) + _VIEW
-    camera = Camera(np.array([0.0, 0.0, _CAMERA_TARGET_HEIGHT_M]), _camera_distance(_STRIP_HEIGHT, _STRIP_FIELD), azimuth)
-    spacing = _STRIP_HEIGHT * width / height / moments
-    figures = []
+    azimuth = float(heading(reference[0, 3:7])) + _VIEW_AZIMUTH_RAD
+    camera = Camera(np.array([0.0, 0.0, _CAMERA_TARGET_HEIGHT_M]), _camera_distance(_STRIP_HEIGHT_M, _STRIP_FIELD_DEG), azimuth)
+    spacing = _STRIP_HEIGHT_M * width / height / moments
+    humanoids = []
     for place, t in enumerate(np.linspace(0, len(reference) - 1, moments).round().astype(int)):
         shift = spacing * (place - (moments - 1) / 2) * camera.right - reference[t, :3] * (1.0, 1.0, 0.0)
-        figures.append(PosedHumanoid(agent[t], AGENT_COLOUR, shift))
-        figures.append(PosedHumanoid(reference[t], (*REFERENCE_COLOUR[:3], GHOST_ALPHA), shift))
-    with SceneRenderer(width, height, _STRIP_FIELD, shadow_radius=0.6 * spacing * moments, fine=True) as stage:
-        return stage.render(figures, camera)
+        humanoids.append(PosedHumanoid(agent[t], AGENT_COLOUR, shift))
+        humanoids.append(PosedHumanoid(reference[t], (*REFERENCE_COLOUR[:3], GHOST_ALPHA), shift))
+    with SceneRenderer(width, height, _STRIP_FIELD_DEG, shadow_radius=0.6 * spacing * moments, fine=True) as renderer:
+        return renderer.render(humanoids, camera)
 
 
 def encode_mp4(frames: np.ndarray, fps: float = VIDEO_FPS) -> bytes:

@@ -1,8 +1,7 @@
-"""Evaluates a trained policy: ``python -m eval.report --run runs/mixed --out DIR [--motions PATH ...]``."""
+"""Evaluation report of a trained policy: ``python -m eval.report --run runs/mixed --out DIR [--motions PATH ...]``."""
 
 import argparse
 import json
-import os
 import sys
 import time
 from pathlib import Path
@@ -24,11 +23,12 @@ from eval.report.videos import Video, render_videos, save_best_strip
 from eval.runs.trained_run import TrainedRun, load_run
 from eval.runs.training_curves import read_curves
 from trainers.data.motion_config import RECONSTRUCTED
+from trainers.runs.device import available_cores
 from trainers.runs.run_log import make_console
 
 
 def notices_of(run: TrainedRun, tested: EvaluationClips, videos: list[Video]) -> list[str]:
-    """Return what a reader must know before the numbers."""
+    """Return the notices at the top of a report."""
     notices = []
     for by in sorted(set(tested.seen_in.values())):
         count = f"{sum(value == by for value in tested.seen_in.values())} of {len(tested.recorded)} clips"
@@ -48,7 +48,7 @@ def notices_of(run: TrainedRun, tested: EvaluationClips, videos: list[Video]) ->
 def write_report(run: TrainedRun, out: Path, motions: list[str] | None, console: Console) -> None:
     """Evaluate a run and write ``report.json``, ``index.html`` and ``best.png`` into ``out``."""
     begin = time.monotonic()
-    threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    threads = available_cores()
     torch.set_num_threads(threads)
     with console.status("reading clips") as status:
         tested = choose_clips(run.config.data, run.card, motions, status.update)
@@ -71,9 +71,9 @@ def write_report(run: TrainedRun, out: Path, motions: list[str] | None, console:
     console.print(f"report: {out / 'index.html'} and {out / 'report.json'}, {time.monotonic() - begin:.0f} s")
 
 
-def main(arguments: list[str] | None = None) -> int:
+def main(arguments: list[str] | None = None, prog: str = "python -m eval.report") -> int:
     """Run the command line; return the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m eval.report", description="Evaluate a trained policy on clips.")
+    parser = argparse.ArgumentParser(prog=prog, description="Evaluate a trained policy on clips.")
     parser.add_argument("--run", type=Path, required=True, help="a run's folder, such as runs/mixed, or a policy's file")
     parser.add_argument("--out", type=Path, required=True, help="folder for report.json and index.html")
     parser.add_argument(

@@ -1,4 +1,4 @@
-"""Everything that ``report.json`` holds."""
+"""Content of ``report.json``."""
 
 from collections.abc import Callable
 from dataclasses import asdict
@@ -15,7 +15,7 @@ from trainers.runs.run_log import commit_of_code
 
 
 def collect_report(run: TrainedRun, tested: EvaluationClips, recorded: ClipResults, suited: ClipResults, seconds: float) -> dict[str, Any]:
-    """Return what ``report.json`` holds: the keys that DESIGN fixes, then what a reader wants beside them."""
+    """Return the content of ``report.json``; the first four keys are fixed, as other programs read them."""
 
     def group(key: Callable[[ClipInfo], str]) -> dict[str, Any]:
         return {
@@ -50,7 +50,7 @@ def collect_report(run: TrainedRun, tested: EvaluationClips, recorded: ClipResul
 
 
 def _clip_rows(tested: EvaluationClips, recorded: ClipResults, suited: ClipResults) -> list[dict[str, Any]]:
-    """Return what was found on each clip."""
+    """Return the results of each clip."""
     by_truth = {truth.name: one for truth, one in zip(tested.truths, suited.tracking, strict=True)}
     rows = []
     for one in recorded.tracking:

@@ -1,4 +1,4 @@
-"""Plays the evaluation protocol on clips and measures what the agent made of them, telling its progress."""
+"""Evaluation of a policy on clips by the protocol, with artefacts, telling its progress."""
 
 from dataclasses import dataclass
 
@@ -15,14 +15,14 @@ from trainers.evaluation.protocol import MAX_PARALLEL_ROLLOUTS, NUM_OFFSETS, Rol
 
 @dataclass(frozen=True)
 class ClipResults:
-    """All that was found on clips of one kind: as recorded, or through a suit.
+    """Results on clips as recorded, or through a suit.
 
     Attributes:
-        clips: The clips.
-        tracking: Their metrics.
-        rollouts: One of each window, from its first frame.
-        artefacts: Before and after, by name of the clip; without the clips that the agent lost at once.
-        compared_share: Share of the windows' frames in which the agent survived, which is where artefacts are compared [ratio].
+        clips: Clips.
+        tracking: Tracking metrics of each clip.
+        rollouts: One rollout of each window, from its first frame.
+        artefacts: Artefact metrics by name of the clip and side; without the clips that the agent lost at once.
+        compared_share: Share of the windows' frames in which the agent survived, over which artefacts are compared [ratio].
     """
 
     clips: list[BodyMotion]
@@ -35,15 +35,15 @@ class ClipResults:
 def evaluate_clips(
     run: TrainedRun, clips: list[BodyMotion], truths: list[BodyMotion] | None, threads: int, console: Console, label: str
 ) -> ClipResults:
-    """Play the protocol on clips, tell each result in a line, and measure artefacts.
+    """Evaluate a policy on clips by the protocol, print each result in a line, and measure artefacts.
 
     Args:
-        run: With the policy.
-        clips: To play, possibly none.
-        truths: For each clip the clean one behind it, None where none is known.
-        threads: Native threads.
-        console: To tell progress.
-        label: What the clips are, for people.
+        run: Trained run with the policy.
+        clips: Clips to play, possibly none.
+        truths: Clean clip behind each clip, None if none is known.
+        threads: Number of native threads.
+        console: Terminal for progress.
+        label: Name of the kind of clips in messages.
     """
     if not clips:
         return ClipResults([], [], [], {}, 0.0)
@@ -58,28 +58,28 @@ def evaluate_clips(
             mean, zero = (metrics["episode_length_ratio"].mean() for metrics in (one.policy, one.zero_residual))
             console.print(f"{label} {number}/{len(clips)} {clip.name}: episode_length_ratio {mean:.3f} (zero residual {zero:.3f})")
         status.update(f"{label}: measuring artefacts")
-        performances = _perform_windows(run, library, threads)
-        artefacts, compared = _artefacts(performances, clips, truths)
-    return ClipResults(clips, found, performances, artefacts, compared)
+        rollouts = _rollouts_of_windows(run, library, threads)
+        artefacts, compared = _artefacts(rollouts, clips, truths)
+    return ClipResults(clips, found, rollouts, artefacts, compared)
 
 
 def _artefacts(
-    performances: list[RolloutMotion], clips: list[BodyMotion], truths: list[BodyMotion] | None
+    rollouts: list[RolloutMotion], clips: list[BodyMotion], truths: list[BodyMotion] | None
 ) -> tuple[dict[str, dict[str, dict[str, float]]], float]:
-    """Return the artefacts before and after by name of the clip, and the share of the windows' frames that they are of."""
+    """Return the artefact metrics by name of the clip and side, and the share of the windows' frames that were compared."""
     by_name: dict[str, list[ArtefactComparison]] = {}
-    for one in performances:
+    for one in rollouts:
         clip = clips[one.clip]
         comparison = compare_artefacts(one, clip, truths[one.clip] if truths else None)
         if comparison is not None:
             by_name.setdefault(clip.name, []).append(comparison)
     compared = sum(comparison.frames for comparisons in by_name.values() for comparison in comparisons)
-    whole = sum(FRAMES_PER_STEP * (len(one.poses) - 1) + 1 for one in performances)
+    whole = sum(FRAMES_PER_STEP * (len(one.poses) - 1) + 1 for one in rollouts)
     return {name: mean_over_windows(comparisons) for name, comparisons in by_name.items()}, compared / whole
 
 
-def _perform_windows(run: TrainedRun, library: MotionLibrary, threads: int) -> list[RolloutMotion]:
-    """Return one performance of each window, from its first frame."""
+def _rollouts_of_windows(run: TrainedRun, library: MotionLibrary, threads: int) -> list[RolloutMotion]:
+    """Return one rollout of each window, from its first frame."""
     rollouts, _ = evaluation_rollouts(library, offset_step=NUM_OFFSETS)
     done: list[RolloutMotion] = []
     for start in range(0, len(rollouts.clip), MAX_PARALLEL_ROLLOUTS):

@@ -1,4 +1,4 @@
-"""The window of a clip that stands for all of them, and its artefacts over time."""
+"""Median window: the rollout that represents a clip, and the artefacts over time of the median clip."""
 
 from typing import NamedTuple
 
@@ -14,14 +14,19 @@ from eval.report.evaluate import ClipResults
 
 
 class WindowPlots(NamedTuple):
-    """Artefacts over time of one performance."""
+    """Artefacts over time of one rollout.
+
+    Attributes:
+        caption: Description of the rollout.
+        plots: Plots as (title, figure).
+    """
 
     caption: str
-    plots: list[tuple[str, Figure]]  # title, figure
+    plots: list[tuple[str, Figure]]
 
 
 def median_window(results: ClipResults, clip: int) -> RolloutMotion:
-    """Return the performance of a clip's window whose length ratio is most like the clip's mean."""
+    """Return the rollout of a clip whose length ratio is nearest to the clip's mean."""
     ratio = float(results.tracking[clip].policy["episode_length_ratio"].mean())
     return min((one for one in results.rollouts if one.clip == clip), key=lambda one: abs(_ratio(one) - ratio))
 
@@ -30,8 +35,8 @@ def plot_median_window(results: ClipResults, truths: list[BodyMotion] | None) ->
     """Return the artefacts over time of the clip with the median length ratio; None without clips or if the agent lost it at once.
 
     Args:
-        results: What was found on clips.
-        truths: For each clip the clean one behind it, None where none is known.
+        results: Results on clips.
+        truths: Clean clip behind each clip, None if none is known.
     """
     if not results.rollouts:
         return None
@@ -48,6 +53,7 @@ def plot_median_window(results: ClipResults, truths: list[BodyMotion] | None) ->
     )
 
 
-def _ratio(performance: RolloutMotion) -> float:
-    steps = len(performance.poses) - 1
-    return min(performance.survived, steps) / steps
+def _ratio(rollout: RolloutMotion) -> float:
+    """Return the length ratio of a rollout."""
+    steps = len(rollout.poses) - 1
+    return min(rollout.survived, steps) / steps

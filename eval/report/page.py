@@ -1,4 +1,4 @@
-"""Puts a report's numbers, plots and videos onto one page that needs no network."""
+"""HTML page of a report: numbers, plots and videos, without need of a network."""
 
 from typing import Any
 
@@ -21,12 +21,12 @@ def render_report(
     """Return the page as HTML.
 
     Args:
-        report: What ``report.json`` holds.
+        report: Content of ``report.json``.
         figures: Plots by name: ``survival`` and ``by_clip``.
         training: Plots of the training as (heading, how to read it, figure).
-        course: Artefacts over time of a typical performance, None if there is none.
-        videos: Films, possibly none.
-        notices: What a reader must know before the numbers.
+        course: Artefacts over time of the median window, None if there is none.
+        videos: Videos, possibly none.
+        notices: Notices at the top of the page.
     """
     return render_page(
         "report/report.html.j2",

@@ -1,4 +1,4 @@
-"""The plots of a report, as plotly's figures: plain data that the page draws in its reader's colours."""
+"""Plots of a report as Plotly figures: plain data that the page draws in its reader's colours."""
 
 from typing import Any
 
@@ -9,8 +9,8 @@ from eval.metrics.tracking import ClipTracking, survival_shares
 from eval.pages.figures import GREY, RECORDED, SUITED, Figure, figure, line
 from eval.runs.training_curves import Curve
 
-ROW_HEIGHTS = 16.0, 46.0  # pixels of a clip in the plot by clip: of many and of few
-MAX_PLOT_HEIGHT_PX = 2400.0  # pixels of that plot, unless there are very many clips
+ROW_HEIGHTS_PX = 16.0, 46.0  # least and largest height of a clip's row in the plot by clip
+MAX_PLOT_HEIGHT_PX = 2400.0  # of that plot, unless the least height of the rows makes it higher
 
 
 def plot_survival(recorded: list[ClipTracking], suited: list[ClipTracking]) -> Figure:
@@ -27,15 +27,15 @@ def plot_survival(recorded: list[ClipTracking], suited: list[ClipTracking]) -> F
 
 
 def plot_by_clip(clips: list[dict[str, Any]]) -> Figure:
-    """Return bars of each clip's episode length ratio with its spread, the zero residual's as a mark on each bar.
+    """Return bars of each clip's episode length ratio with its standard deviation, and marks of the zero residual's.
 
     The page replaces the colour "text" by that of its text.
 
     Args:
-        clips: The rows of ``report.json``.
+        clips: Rows of the clips in ``report.json``.
     """
     both = any(clip["tracking_suit"] for clip in clips)
-    height = float(np.clip(MAX_PLOT_HEIGHT_PX / len(clips), *ROW_HEIGHTS))
+    height = float(np.clip(MAX_PLOT_HEIGHT_PX / len(clips), *ROW_HEIGHTS_PX))
     width, traces = (0.38 if both else 0.6), []
     for block, name, colour, side in (("tracking", "as recorded", RECORDED, -1), ("tracking_suit", "through a suit", SUITED, 1)):
         shown = [(row, clip) for row, clip in enumerate(clips) if clip[block]]
@@ -58,7 +58,7 @@ def plot_by_clip(clips: list[dict[str, Any]]) -> Figure:
 
 
 def plot_training(curves: dict[str, Curve]) -> list[tuple[str, str, Figure]]:
-    """Return the plots of a training as (heading, how to read it, figure), those that it left numbers for."""
+    """Return the plots of a training as (heading, how to read it, figure), as far as it left events."""
     samples = "control steps [millions]"
     plans = [
         ("How long episodes last", "Higher is better; 1 is the whole reference. Training episodes begin where they tend to fail and "

@@ -1,4 +1,4 @@
-"""Which clips a report is about: found, read, sorted out, and compared with those that training saw."""
+"""Clips of a report: finds, reads and selects them, and marks those that the training saw."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -28,16 +28,16 @@ SYNTHETIC_SEED_OFFSET = 1000  # added to a run's seed, so that synthetic perform
 
 @dataclass(frozen=True)
 class EvaluationClips:
-    """What is evaluated.
+    """Clips to evaluate.
 
     Attributes:
-        source: Where the clips come from, for people.
-        recorded: Clips as recorded, at 60 fps, of unique names.
-        suited: What a simulated IMU suit makes of those that are no IMU recordings themselves.
-        truths: For each suited clip the clip behind it.
-        left_out: By name of a clip that is not evaluated, why.
-        root_models: By name of a recorded clip whose root is not the file's, the model that gave it.
-        seen_in: By name of a recorded clip, "training" or "model selection" where that saw the clip or its performer.
+        source: Origin of the clips, in words.
+        recorded: Clips as recorded, at 60 fps, with unique names.
+        suited: Those that are no IMU recordings, through a simulated IMU suit.
+        truths: Clean clip behind each suited clip.
+        left_out: Reason why a clip is not evaluated, by its name.
+        root_models: Model that gave the root, by name of a recorded clip whose root is not the file's.
+        seen_in: "training" or "model selection", by name of a recorded clip that it saw, or whose performer it saw.
     """
 
     source: str
@@ -53,11 +53,11 @@ def choose_clips(config: DataConfig, card: dict[str, Any], motions: list[str] | 
     """Return the clips to evaluate a policy on.
 
     Args:
-        config: Motion of the run.
-        card: Of its policy: ``clips`` and ``performers`` trained on, and ``held_out``, the performer of model selection.
-        motions: Motion sources that the user names. By default, performers that a run on synthetic motion never saw, or
-            else the clips of the performer that the run held out.
-        log: Told what happens now.
+        config: Motion config of the run.
+        card: Card of its policy: ``clips`` and ``performers`` trained on, and ``held_out``, the performer of model selection.
+        motions: Motion sources given by the user. By default, performers that a run on synthetic motion never saw, or else the clips
+            of the performer that the run held out.
+        log: Called with messages of progress.
 
     Raises:
         InputError: If a source is bad, or nothing in it can be evaluated.
@@ -107,7 +107,7 @@ def _files_of(config: DataConfig, performer: str) -> list[Path]:
 
 
 def _read(files: list[Path], config: DataConfig, log: Callable[[str], None]) -> list[SourceMotion]:
-    """Return the clips of files, under names that are unique."""
+    """Return the clips of files, with unique names."""
     mapping = read_mapping(config.mapping) if config.mapping else None
     clips = []
     for number, (file, name) in enumerate(zip(files, unique_names(files), strict=True), start=1):

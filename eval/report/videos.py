@@ -1,4 +1,4 @@
-"""Films of what the agent did: the clips that it followed best, worst, and in the middle."""
+"""Videos of the agent beside its reference: the best, the median and the worst clip."""
 
 from pathlib import Path
 from typing import NamedTuple
@@ -15,7 +15,13 @@ from eval.report.median_window import median_window
 
 
 class Video(NamedTuple):
-    """One pair on film."""
+    """Video of a rollout beside its reference.
+
+    Attributes:
+        title: Title.
+        caption: Description.
+        mp4: H.264 video.
+    """
 
     title: str
     caption: str
@@ -23,7 +29,7 @@ class Video(NamedTuple):
 
 
 def render_videos(recorded: ClipResults, console: Console) -> list[Video]:
-    """Return films of the best, the median and the worst clip by how long the agent lasts; none where nothing renders."""
+    """Return videos of the best, the median and the worst clip by episode length ratio; none if rendering is not possible."""
     if not can_render():
         console.print(INSTALL_HINT)
         return []
@@ -38,7 +44,7 @@ def render_videos(recorded: ClipResults, console: Console) -> list[Video]:
 
 
 def save_best_strip(recorded: ClipResults, path: Path) -> None:
-    """Write a strip of moments of the best clip, the agent before its reference's ghost; nothing where nothing renders."""
+    """Write a strip of moments of the best clip, the agent before its reference's ghost; nothing if rendering is not possible."""
     if not can_render():
         return
     ratios = [float(one.policy["episode_length_ratio"].mean()) for one in recorded.tracking]
@@ -49,13 +55,13 @@ def save_best_strip(recorded: ClipResults, path: Path) -> None:
 
 
 def _median_rollout(recorded: ClipResults, clip: int) -> tuple[RolloutMotion, np.ndarray]:
-    """Return the performance of a clip's window that is most like the clip's mean, and the reference's poses beside it."""
+    """Return the rollout of a clip's median window, and the reference's poses at its control steps."""
     one = median_window(recorded, clip)
     return one, motion_to_qpos(recorded.clips[clip])[one.frame :: FRAMES_PER_STEP][: len(one.poses)]
 
 
 def _render_clip_video(recorded: ClipResults, clip: int, title: str, ratio: float) -> Video:
-    """Return the film of a clip's typical window."""
+    """Return the video of a clip's median window."""
     one, reference = _median_rollout(recorded, clip)
     lost = np.arange(len(one.poses)) >= one.survived
     mp4 = encode_mp4(render_pair(reference, one.poses, FPS / FRAMES_PER_STEP, lost))

@@ -1,4 +1,4 @@
-"""A training run as its folder holds it: the config, the policy that it kept, and that policy's card."""
+"""Trained run, read from its folder: config, best policy, and that policy's card."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,7 +14,15 @@ from trainers.algorithms.ppo_config import PpoConfig
 
 @dataclass(frozen=True)
 class TrainedRun:
-    """A training run's folder, its config and the policy that it kept."""
+    """A training run with its best policy.
+
+    Attributes:
+        folder: Folder of the run.
+        config: Config of the run.
+        policy: Best policy by model selection.
+        card: Card of the policy.
+        spec: Variant of the task that the policy was trained for.
+    """
 
     folder: Path
     config: PpoConfig
@@ -27,10 +35,10 @@ def load_run(folder: Path) -> TrainedRun:
     """Return a run.
 
     Args:
-        folder: Of the run; or a policy's file, such as the package's, which is taken for one trained by ``configs/clean.yaml``.
+        folder: Folder of the run; or a policy's file, such as the package's, which is taken for one trained by ``configs/clean.yaml``.
 
     Raises:
-        InputError: If there is none, or it holds no policy that fits this code.
+        InputError: If there is no such folder, or it holds no policy that fits this code.
     """
     if folder.is_file():
         policy, card, spec = load_policy(folder)

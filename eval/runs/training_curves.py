@@ -1,4 +1,4 @@
-"""The course of a training, as its TensorBoard events tell it."""
+"""Curves of a training, read from its TensorBoard events."""
 
 import logging
 from pathlib import Path
@@ -6,16 +6,16 @@ from pathlib import Path
 import numpy as np
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-MOST_POINTS = 600  # of a curve; a page needs no more
+MAX_POINTS = 600  # of a curve; a page needs no more
 
 Curve = tuple[list[float], list[float]]  # samples, values
 
 
 def read_curves(run: Path) -> dict[str, Curve]:
-    """Return the curves of a run by their TensorBoard name, thinned; empty if it left no events.
+    """Return the curves of a run by TensorBoard tag, thinned to ``MAX_POINTS``; empty if there are no events.
 
     Args:
-        run: The run's folder.
+        run: Folder of the run.
     """
     logging.getLogger("tensorboard").setLevel(logging.ERROR)
     events = EventAccumulator(str(run), size_guidance={"scalars": 0})
@@ -23,6 +23,6 @@ def read_curves(run: Path) -> dict[str, Curve]:
     curves = {}
     for name in events.Tags()["scalars"]:
         points = events.Scalars(name)
-        kept = np.unique(np.linspace(0, len(points) - 1, MOST_POINTS).round().astype(int))
+        kept = np.unique(np.linspace(0, len(points) - 1, MAX_POINTS).round().astype(int))
         curves[name] = ([float(points[i].step) for i in kept], [float(points[i].value) for i in kept])
     return curves

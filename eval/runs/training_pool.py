@@ -1,4 +1,4 @@
-"""Runs the trainings behind a study, as many at a time as there are cores; what was interrupted goes on."""
+"""Process pool of a study's trainings: one process for each core; interrupted trainings are resumed."""
 
 import os
 import re
@@ -17,13 +17,13 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 from configs.errors import InputError
 from eval.runs.training_spec import CONFIG_DIR, Training
 
-_DONE = re.compile(r"^ *([\d.]+)%", re.MULTILINE)  # in a line of a training's progress
-_EVERY_SECONDS = 0.5
+_PERCENT_DONE = re.compile(r"^ *([\d.]+)%", re.MULTILINE)  # at the start of a line of a training's progress
+_POLL_INTERVAL_S = 0.5
 
 
 @dataclass
 class _Running:
-    """A training that runs."""
+    """A training that is running."""
 
     training: Training[Any]
     process: subprocess.Popen[bytes]
@@ -33,14 +33,14 @@ class _Running:
 
 
 def train_all(trainings: Sequence[Training[Any]], console: Console) -> None:
-    """Run the trainings that are not done, two cores two at a time; what they say is beside their folders in ``<name>.log``.
+    """Run the trainings that are not done, as many at a time as there are cores; their output goes to ``<name>.log`` beside their folders.
 
-    Motion should be prepared before, so that they all find it. Asked to stop, or when one fails, those that run save themselves
-    first and go on the next time.
+    Motion should be prepared before, so that all of them find it. On SIGINT or SIGTERM, or when one training fails, the others save
+    their state and are resumed by the next call.
 
     Raises:
         InputError: If a training refuses its input.
-        RuntimeError: If one fails.
+        RuntimeError: If a training fails.
     """
     waiting = [training for training in trainings if not training.is_done()]
     console.print(f"{len(trainings) - len(waiting)} of {len(trainings)} trainings are done already")
@@ -48,14 +48,14 @@ def train_all(trainings: Sequence[Training[Any]], console: Console) -> None:
         return
     waiting[0].runs.mkdir(parents=True, exist_ok=True)
     columns = TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeElapsedColumn()
-    with Progress(*columns, console=console) as progress, _stopped_at_the_end(console) as running:
+    with Progress(*columns, console=console) as progress, _running_trainings(console) as running:
         whole = progress.add_task("all trainings", total=len(trainings), completed=len(trainings) - len(waiting))
         while waiting or running:
             while waiting and len(running) < (os.cpu_count() or 1):
                 running.append(_start(waiting.pop(0), progress))
-            time.sleep(_EVERY_SECONDS)
+            time.sleep(_POLL_INTERVAL_S)
             for one in list(running):
-                progress.update(one.task, completed=_done(one.log))
+                progress.update(one.task, completed=_percent_done(one.log))
                 if one.process.poll() is not None:
                     running.remove(one)
                     progress.remove_task(one.task)
@@ -65,7 +65,7 @@ def train_all(trainings: Sequence[Training[Any]], console: Console) -> None:
 
 
 def _start(training: Training[Any], progress: Progress) -> _Running:
-    """Start a training in a session of its own: Ctrl-C reaches the study alone, which then stops each training once."""
+    """Start a training in a session of its own, so that Ctrl-C reaches the study alone, which then stops each training once."""
     command, log = training.command(), training.runs / f"{training.name}.log"
     with log.open("wb") as file:
         process = subprocess.Popen(
@@ -81,10 +81,10 @@ def _start(training: Training[Any], progress: Progress) -> _Running:
 
 
 @contextmanager
-def _stopped_at_the_end(console: Console) -> Iterator[list[_Running]]:
-    """Give a list of running trainings; those that still run at the end are stopped, and saved."""
+def _running_trainings(console: Console) -> Iterator[list[_Running]]:
+    """Yield a list for running trainings; those that still run at the end are stopped, and save their state."""
     running: list[_Running] = []
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)  # a system that asks the study to end asks like Ctrl-C
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)  # SIGTERM acts like Ctrl-C
     try:
         yield running
     finally:
@@ -97,14 +97,14 @@ def _stopped_at_the_end(console: Console) -> Iterator[list[_Running]]:
             one.process.wait()
 
 
-def _done(log: Path) -> float:
-    """Return how much of a training its log says is done [%]."""
-    found = _DONE.findall(log.read_text(encoding="utf-8", errors="replace"))
+def _percent_done(log: Path) -> float:
+    """Return how much of a training is done, by its log [%]."""
+    found = _PERCENT_DONE.findall(log.read_text(encoding="utf-8", errors="replace"))
     return float(found[-1]) if found else 0.0
 
 
 def _check(one: _Running) -> None:
-    """Raise if a training that has ended did not come to its end."""
+    """Raise if a training has ended before it was done."""
     code = one.process.returncode
     if code == 0 and one.training.is_done():
         return

@@ -1,4 +1,4 @@
-"""The trainings behind a study: what each is, how far it has come, and the command that a user would start it with."""
+"""Trainings of a study: program, config and overrides of each, its progress, and the command that starts it."""
 
 import re
 import sys
@@ -19,12 +19,12 @@ Config = TypeVar("Config", PpoConfig, RootConfig, LobstrConfig)
 
 @dataclass(frozen=True)
 class TrainingProgram(Generic[Config]):
-    """A program that trains.
+    """A program that trains networks.
 
     Attributes:
-        module: That is run.
+        module: Module that is run.
         config: Class of its config.
-        weights_file: Of a run: the file in its folder with the network that did best.
+        weights_file: Path, in a run's folder, of the best network.
     """
 
     module: str
@@ -42,11 +42,11 @@ class Training(Generic[Config]):
     """One run of a program.
 
     Attributes:
-        program: Which.
-        config: File in ``configs/`` without its ending.
-        overrides: Of the config, name and folder left out.
-        name: Of the run.
-        runs: Folder of all runs, absolute.
+        program: Program that trains.
+        config: Name of the file in ``configs/``, without its ending.
+        overrides: Overrides of the config, without those of name and folder.
+        name: Name of the run.
+        runs: Absolute path of the folder of all runs.
     """
 
     program: TrainingProgram[Config]
@@ -57,12 +57,12 @@ class Training(Generic[Config]):
 
     @property
     def folder(self) -> Path:
-        """Of the run."""
+        """Folder of the run."""
         return self.runs / self.name
 
     @property
     def weights_path(self) -> Path:
-        """The file with the network that did best."""
+        """Path of the best network."""
         return self.folder / self.program.weights_file
 
     def resolve_config(self) -> Config:
@@ -74,7 +74,7 @@ class Training(Generic[Config]):
         return load_config(self.program.config, self._file, self._typed())
 
     def clock(self) -> RunClock | None:
-        """Return how far the run has come; None where there is none with this config that could go on."""
+        """Return the progress of the run; None if there is none with this config that can be resumed."""
         written = self.folder / "config.yaml"
         newest = load_newest(self.folder / "checkpoints")
         if newest is None or not written.is_file() or not self._is_ours(written):
@@ -82,19 +82,19 @@ class Training(Generic[Config]):
         return RunClock(**newest[0]["clock"])
 
     def _is_ours(self, written: Path) -> bool:
-        """Return whether a run's config is this one's; one that an older version wrote may not even load."""
+        """Return whether the config of a run is this one's; that of an older version may not even load."""
         try:
             return load_config(self.program.config, written) == self.resolve_config()
         except InputError:
             return False
 
     def is_done(self) -> bool:
-        """Return whether the run has come to its end."""
+        """Return whether the run is complete."""
         clock = self.clock()
         return clock is not None and clock.progress(self.resolve_config()) >= 1.0 and self.weights_path.is_file()
 
     def command(self) -> list[str]:
-        """Return the command line that starts the run, or goes on with it."""
+        """Return the command line that starts or resumes the run."""
         resume = ["--resume"] if self.clock() else []
         return [sys.executable, "-m", self.program.module, "--config", str(self._file), *self._typed(), *resume]
 
@@ -103,16 +103,16 @@ class Training(Generic[Config]):
         return CONFIG_DIR / f"{self.config}.yaml"
 
     def _typed(self) -> list[str]:
-        """Return all overrides, those of name and folder included."""
+        """Return all overrides, with those of name and folder."""
         return [*self.overrides, f"name={self.name}", f"runs_dir={self.runs}"]
 
 
 def run_name(row: str, seed: int) -> str:
-    """Return the name of the run behind a seed of a row."""
+    """Return the name of the run for a row of a study and a seed."""
     return f"{re.sub(r'[^a-z0-9]+', '_', row.lower())}_{seed}"
 
 
 def training_cost(training: Training[Any]) -> dict[str, float]:
-    """Return what a training took: samples and minutes on one core."""
+    """Return the cost of a training: samples, and minutes on one core."""
     clock = training.clock()
     return {"samples": float(clock.samples), "minutes": clock.seconds / 60.0} if clock else {}

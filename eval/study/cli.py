@@ -29,9 +29,9 @@ STUDIES: dict[str, Callable[[Path, Path], Study]] = {
 DEFAULT_DATA_DIR = PROJECT_ROOT.parent / "shared" / "data"
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Run the study that the command line names; returns the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m eval.study", description=__doc__)
+def main(arguments: list[str] | None = None, prog: str = "python -m eval.study") -> int:
+    """Run the study that the command line names; return the exit code."""
+    parser = argparse.ArgumentParser(prog=prog, description=__doc__)
     parser.add_argument("name", choices=sorted(STUDIES), help="which study")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for study.json and index.html")
     parser.add_argument(

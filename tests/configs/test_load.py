@@ -1,4 +1,4 @@
-"""Files and overrides become dataclasses; what a user mistyped becomes one line."""
+"""Files and overrides become dataclasses; mistakes in them become one line."""
 
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Where mujoco-warp can be tested: on its CPU device, and on a GPU where there is one."""
+"""Devices on which mujoco-warp is tested: its CPU device, and a GPU if there is one."""
 
 import pytest
 import torch

@@ -48,14 +48,14 @@ def reference_of(state: BodyState, clean: BodyState | None = None) -> Reference:
 
 
 def observed_of(state: BodyState) -> Observed:
-    """Return what would be observed of these bodies; no hinge is bent."""
+    """Return the observed track of these bodies, with all hinges at zero."""
     facing = state.rot[:, 0, :2, 0] / np.linalg.norm(state.rot[:, 0, :2, 0], axis=1, keepdims=True)
     hinges = np.zeros((len(state.pos), 43))
     return Observed(state.pos, state.lin_vel, state.com, state.com_vel, facing, hinges, hinges)
 
 
 def rewarded_of(state: BodyState) -> Rewarded:
-    """Return what would be rewarded if these were the bodies to imitate."""
+    """Return the rewarded track of these bodies."""
     local = state.rot[:, PARENTS].swapaxes(-1, -2) @ state.rot[:, 1:]
     return Rewarded(state.pos, state.rot, state.lin_vel, axis_velocity(state.ang_vel, state.rot), local)
 
@@ -77,6 +77,6 @@ def tensors(value: Any) -> Any:
 
 
 def carry(env: AdaptMimicVectorEnv) -> None:
-    """Put every world where its reference is now, as if the agent were perfect so far."""
+    """Put every world into the current pose of its reference."""
     worlds = np.arange(env.num_envs)
-    env.physics.reset(worlds, env.library.start_pose[env._row], env.library.start_vel[env._row])
+    env.physics.reset(worlds, env.library.start_pose[env.library_rows], env.library.start_vel[env.library_rows])

@@ -1,4 +1,4 @@
-"""``AdaptMimic-v0`` in the hands of Gymnasium and of Stable-Baselines3."""
+"""``AdaptMimic-v0`` under Gymnasium and Stable-Baselines3."""
 
 import gymnasium
 import numpy as np

@@ -1,4 +1,4 @@
-"""The vector env of tensors: resets, seeds, broken actions, and that it never waits for its device."""
+"""Vector env of tensors: resets, seeds, broken actions, and no waiting for the device."""
 
 from typing import Any
 
@@ -32,7 +32,7 @@ def play(env: AdaptMimicTorchEnv, seed: int, steps: int = 20) -> list[torch.Tens
 
 
 class Listener(TorchDispatchMode):
-    """Notes operations that wait for the device: of which a value or a size depends on what is there."""
+    """Records operations that wait for the device: those whose value or size the host needs."""
 
     def __init__(self) -> None:  # noqa: D107
         super().__init__()
@@ -88,7 +88,7 @@ def test_the_end_of_a_clip_truncates_and_begins_anew(library: MotionLibrary, dev
     changed = (observation - info["final_obs"]).abs().amax(dim=1) > 0.0
     assert changed.tolist() == [True, True, False, True]
     assert env.library_rows[2].item() == 480 + 40 + 8  # behind the first clip's 480 frames
-    assert (env._action[[0, 1, 3]] == 0.0).all()
+    assert (env._state.action[[0, 1, 3]] == 0.0).all()
 
 
 @DEVICES

@@ -1,4 +1,4 @@
-"""The replay client: what it sends, what it makes of the answers, and what it says where there is no service."""
+"""The replay client: frames sent, errors of the answers, and messages where there is no service."""
 
 import asyncio
 import socket

@@ -9,9 +9,9 @@ def gae(
     """Return the advantages of a rollout.
 
     Args:
-        rewards: Of each step, shape (T, N).
-        values: Of the observation before each step, shape (T, N).
-        next_values: Of the true observation after each step, shape (T, N): zero where the step terminated the episode;
+        rewards: Rewards of the steps, shape (T, N).
+        values: Values of the observations before each step, shape (T, N).
+        next_values: Values of the true observations after each step, shape (T, N): zero where the step terminated the episode;
             the last observation's value, not the next episode's, where it was truncated.
         ended: Whether the step was an episode's last, terminated or truncated, shape (T, N).
         gamma: Discount factor.

@@ -1,4 +1,4 @@
-"""What a training is made of; the defaults are Table 4.3 of the thesis, files in ``configs/`` change them."""
+"""Configuration of a PPO training; the defaults are Table 4.3 of the thesis, files in ``configs/`` change them."""
 
 from dataclasses import dataclass, field
 from typing import ClassVar
@@ -7,22 +7,23 @@ from configs.errors import require
 from configs.load import formerly
 from envs.mimic.spec import MimicSpec
 from trainers.data.motion_config import DataConfig
+from trainers.runs.run_config import RunConfig
 
 
 @dataclass(frozen=True)
 class NetworkConfig:
-    """The two perceptrons.
+    """Multilayer perceptrons of policy and value.
 
     Attributes:
         hidden: Sizes of the hidden layers.
-        activation: "tanh", "elu", "silu" or "relu".
+        activation: Activation of the hidden layers: "tanh", "elu", "silu" or "relu".
     """
 
     hidden: tuple[int, ...] = (1024, 1024, 512)
     activation: str = "tanh"
 
     def __post_init__(self) -> None:
-        """Check the values; OmegaConf hands lists over."""
+        """Check the values; OmegaConf passes lists instead of tuples."""
         object.__setattr__(self, "hidden", tuple(self.hidden))
         require(bool(self.hidden) and min(self.hidden) > 0, "network.hidden", list(self.hidden), "positive layer sizes")
         require(self.activation in ("tanh", "elu", "silu", "relu"), "network.activation", self.activation, "tanh, elu, silu or relu")
@@ -30,14 +31,15 @@ class NetworkConfig:
 
 @dataclass(frozen=True)
 class CollectConfig:
-    """How rollouts are collected.
+    """Settings of the collection of rollouts.
 
     Attributes:
-        actors: Ray actors, each with its own envs; 0 collects in the learner's process, without Ray.
-        envs: Worlds of each actor.
-        threads: Native threads of each actor that step its worlds.
-        horizon: Steps of each world in a rollout.
-        assist_force_bw: Largest force of an invisible hand that leads the root at the start [body weights]; it is gone halfway through.
+        actors: Number of Ray actors, each with its own envs; 0 collects in the learner's process, without Ray.
+        envs: Number of worlds of each actor.
+        threads: Number of native threads of each actor that step its worlds.
+        horizon: Number of steps of each world in a rollout.
+        assist_force_bw: Largest external force that pulls the root to the reference at the start [body weights]; it fades to zero by
+            the middle of the training.
         overlap: Whether actors collect the next rollout while the learner learns from the last, with the weights of one update before.
     """
 
@@ -59,11 +61,11 @@ class CollectConfig:
 
 @dataclass(frozen=True)
 class RayConfig:
-    """Where Ray's actors run.
+    """Placement of Ray's actors.
 
     Attributes:
-        address: Of a cluster that is running, such as "auto" for the one that this machine is part of: its nodes are sent the package, and
-            the learner goes where there are cores for it. If empty, the actors run on this machine, and the learner in this process.
+        address: Address of a running cluster, such as "auto" for the one that this machine is part of: its nodes are sent the package,
+            and the learner goes where there are cores for it. If empty, the actors run on this machine, and the learner in this process.
     """
 
     address: str = ""
@@ -71,22 +73,22 @@ class RayConfig:
 
 @dataclass(frozen=True)
 class LearnerConfig:
-    """How the policy is updated.
+    """Settings of the policy's updates.
 
     Attributes:
         gamma: Discount factor.
-        gae_lambda: Trace decay of the advantages.
-        clip_range: Clipping of PPO's ratio.
-        epochs: Passes over each batch.
-        minibatch: Samples in a minibatch.
-        learning_rate: Of Adam, at the start.
-        final_learning_rate: At the end; linear in between.
-        action_std: Standard deviation of the actions, fixed (variance 0.03 in the thesis).
-        final_action_std: At the end of training; linear in between.
-        value_weight: Of the value's loss beside the policy's.
-        max_grad_norm: Gradients are shortened to this norm.
-        target_kl: An update's passes end once the policy has moved this far; 0 never ends them.
-        threads: Threads of torch.
+        gae_lambda: Lambda of generalised advantage estimation.
+        clip_range: Largest deviation of PPO's probability ratio from 1, beyond which it is clipped.
+        epochs: Number of passes over each batch.
+        minibatch: Number of samples in a minibatch.
+        learning_rate: Adam's learning rate at the start.
+        final_learning_rate: Adam's learning rate at the end; linear in between.
+        action_std: Standard deviation of the actions at the start, not learnt (variance 0.03 in the thesis).
+        final_action_std: Standard deviation of the actions at the end; linear in between.
+        value_weight: Weight of the value's loss beside the policy's.
+        max_grad_norm: Largest norm of the gradient, beyond which it is scaled down.
+        target_kl: KL divergence at which an update's passes end; 0 never ends them.
+        threads: Number of torch threads.
     """
 
     REMOVED_KEYS: ClassVar[dict[str, object]] = {"style": 0.0}
@@ -115,40 +117,32 @@ class LearnerConfig:
             require(getattr(self, name) >= 1, f"learner.{name}", getattr(self, name), "1 or more")
 
     def action_std_at(self, progress: float) -> float:
-        """Return the actions' standard deviation at a share ``progress`` of the training."""
+        """Return the actions' standard deviation at a ``progress`` from 0 to 1."""
         return self.action_std + progress * (self.final_action_std - self.action_std)
 
     def learning_rate_at(self, progress: float) -> float:
-        """Return Adam's rate at a share ``progress`` of the training."""
+        """Return Adam's learning rate at a ``progress`` from 0 to 1."""
         return self.learning_rate + progress * (self.final_learning_rate - self.learning_rate)
 
 
-@dataclass(frozen=True)
-class PpoConfig:
-    """One training run.
+@dataclass(frozen=True, kw_only=True)
+class PpoConfig(RunConfig):
+    """One training run of a policy, whose samples are control steps; an iteration collects a rollout and updates the policy.
 
     Attributes:
-        name: The run's folder under ``runs_dir``.
-        runs_dir: Folder of all runs.
-        data: Which motion.
-        task: Which variant of the task.
+        data: Motion.
+        task: Variant of the task.
         network: Policy and value.
         collect: Rollouts.
         learner: Updates.
-        ray: Where actors run.
-        physics: "cpu", MuJoCo on threads and Ray's actors, or "warp", mujoco-warp on the device, where then everything happens: worlds,
-            policy and learner, in one process without actors.
-        device: Of the learner: "cpu", "cuda", or "auto", the GPU where there is one.
-        samples: Control steps after which training ends.
-        minutes: Wall-clock limit after which it ends; 0 is none.
-        evaluate_every: Iterations between evaluations on the held-out performer.
-        checkpoint_every: Iterations between checkpoints.
+        ray: Placement of actors.
+        physics: Physics backend: "cpu", MuJoCo on threads and Ray's actors, or "warp", mujoco-warp on the device, where then
+            everything happens: worlds, policy and learner, in one process without actors.
+        device: Device of the learner: "cpu", "cuda", or "auto", the GPU where there is one.
         init: Policy file that the training begins with, its normaliser included; a fresh policy if empty.
-        seed: Of networks, actions and start frames.
     """
 
     name: str = "run"
-    runs_dir: str = "runs"
     data: DataConfig = field(default_factory=DataConfig)
     task: MimicSpec = field(default_factory=MimicSpec)
     network: NetworkConfig = field(default_factory=NetworkConfig)
@@ -158,17 +152,13 @@ class PpoConfig:
     physics: str = "cpu"
     device: str = "auto"
     samples: int = 2_293_760_000  # 35,000 epochs of 65,536
-    minutes: float = 0.0
     evaluate_every: int = 400
     checkpoint_every: int = 50
     init: str = ""
-    seed: int = 0
 
     def __post_init__(self) -> None:
         """Check the values."""
-        for name in ("samples", "evaluate_every", "checkpoint_every"):
-            require(getattr(self, name) >= 1, name, getattr(self, name), "1 or more")
-        require(self.minutes >= 0.0, "minutes", self.minutes, "0 (no limit) or more")
+        super().__post_init__()
         require(
             not self.ray.address or self.collect.actors >= 1,
             "ray.address",
@@ -180,7 +170,6 @@ class PpoConfig:
         if self.physics == "warp":
             require(not self.ray.address, "ray.address", f"'{self.ray.address}' with physics warp", "empty: one process holds all worlds")
             require(not self.collect.overlap, "collect.overlap", "true with physics warp", "false: one device does everything in turn")
-        require(bool(self.name) and "/" not in self.name, "name", repr(self.name), "a folder's name")
 
     @property
     def in_process(self) -> bool:

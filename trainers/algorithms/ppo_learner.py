@@ -1,4 +1,4 @@
-"""One update of PPO: from rollouts to better weights."""
+"""The PPO learner: from rollouts to advantages to updated weights (Schulman et al. 2017)."""
 
 from typing import Any
 
@@ -19,11 +19,11 @@ _STEP_DIAGNOSTICS = ("policy_loss", "value_loss", "kl", "clip_fraction", "grad_n
 
 
 class DivergedError(RunError):
-    """Nothing is left to learn from or to save: the policy's weights are no numbers any more."""
+    """The policy's weights are no longer finite: there is nothing to learn from or to save."""
 
 
 class PpoLearner:
-    """Owns policy, optimiser and the random order of minibatches."""
+    """Policy, optimiser and the random order of minibatches."""
 
     def __init__(self, config: PpoConfig) -> None:
         """Build policy and optimiser from the run's seed."""
@@ -39,10 +39,10 @@ class PpoLearner:
         return numpy_copies(self.policy.state_dict())
 
     def update(self, rollouts: list[Rollout], progress: float) -> dict[str, float]:
-        """Improve the policy on rollouts that it collected.
+        """Update the policy with rollouts that it collected.
 
         Args:
-            rollouts: Of the current weights, at least one.
+            rollouts: Rollouts of the current weights, at least one.
             progress: Share of the training that lies behind.
 
         Returns:
@@ -55,7 +55,7 @@ class PpoLearner:
             return self._learn([rollout.to_device(self.device) for rollout in rollouts], progress)
 
     def _learn(self, rollouts: list[Rollout], progress: float) -> dict[str, float]:
-        """Improve the policy on rollouts that are on the device; return diagnostics."""
+        """Update the policy with rollouts that are on the device; return diagnostics."""
         torch.set_num_threads(self.config.threads)  # collectors in this process set theirs
         batch = self._batch(rollouts)
         observations = batch.pop("observations")
@@ -91,7 +91,7 @@ class PpoLearner:
         }
 
     def _step(self, part: dict[str, torch.Tensor], sigma: float) -> torch.Tensor:
-        """Learn from a minibatch; return the numbers that ``_STEP_DIAGNOSTICS`` names."""
+        """Take one gradient step on a minibatch; return the numbers that ``_STEP_DIAGNOSTICS`` names."""
         mean = self.policy.actor(part["observed"])
         value = self.policy.critic(part["observed"]).squeeze(-1)
         now = log_prob(mean, sigma, part["actions"])
@@ -130,9 +130,9 @@ class PpoLearner:
         return {name: array.flatten(0, 1) for name, array in arrays.items()}
 
     def get_state(self) -> dict[str, Any]:
-        """Return everything that the next update depends on beside the rollouts."""
+        """Return the state that the next update depends on beside the rollouts."""
         return get_state(self.policy, self.optimiser, self.random)
 
     def set_state(self, state: dict[str, Any]) -> None:
-        """Go back to a state that ``get_state`` returned."""
+        """Restore a state that ``get_state`` returned."""
         set_state(self.policy, self.optimiser, self.random, state)

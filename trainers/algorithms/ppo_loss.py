@@ -7,7 +7,7 @@ def policy_loss(log_prob: torch.Tensor, old_log_prob: torch.Tensor, advantage: t
     """Return the negative clipped surrogate objective, averaged.
 
     Args:
-        log_prob: Of the actions taken, under the policy that learns, shape (M,).
+        log_prob: Log densities of the actions under the policy that learns, shape (M,).
         old_log_prob: The same under the policy that acted, shape (M,).
         advantage: Shape (M,).
         clip: How far the ratio of probabilities may leave one and still be rewarded.

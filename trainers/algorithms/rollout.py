@@ -9,13 +9,13 @@ from datasets.motion.rotation import Array, array_namespace
 
 
 class RolloutReport(NamedTuple):
-    """What is told of a rollout; small, so that whoever tells it need not have the arrays.
+    """Summary of a rollout, small enough to be sent without its arrays.
 
     Attributes:
         samples: Number of control steps.
-        seconds: That collecting them took.
+        seconds: Time that collecting them took [s].
         reward: Mean reward of a step.
-        reward_terms: Mean of each of its terms.
+        reward_terms: Mean of each term of the reward.
         episodes: Tracking metrics of the episodes that ended, each of shape (E,).
         physics_failures: Worlds in which physics failed.
     """
@@ -29,7 +29,7 @@ class RolloutReport(NamedTuple):
 
 
 class Step(NamedTuple):
-    """One control step of N worlds, or T of them stacked (T, N, ...): what the policy said and what the worlds answered.
+    """One control step of N worlds, or T of them stacked (T, N, ...): the policy's outputs and the worlds' answers.
 
     Attributes:
         observations: Before the step, shape (N, O).
@@ -83,13 +83,13 @@ class Rollout(NamedTuple):
         return self.next_values.shape[0] * self.next_values.shape[1]
 
     def to_device(self, device: torch.device) -> Self:
-        """Return the rollout as tensors on a device; on the CPU they share the memory of its arrays, unless these may not be written to."""
+        """Return the rollout as tensors on a device; on the CPU they share the memory of its arrays, unless these are read-only."""
         return self._replace(
             steps=Step(*(_to_device(part, device) for part in self.steps)), next_values=_to_device(self.next_values, device)
         )
 
     def report(self, seconds: float) -> RolloutReport:
-        """Return what there is to tell of a rollout that took so long."""
+        """Return the report of the rollout."""
         return RolloutReport(
             self.samples, seconds, float(self.steps.rewards.mean()), self.reward_terms, self.episodes, self.physics_failures
         )

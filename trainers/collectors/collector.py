@@ -1,4 +1,4 @@
-"""What every collector is made of, whatever its arrays: worlds, a copy of the policy, and where both are."""
+"""Base class of collectors: a vector env, a copy of the policy, and the state from which collecting goes on."""
 
 import time
 from abc import ABC, abstractmethod
@@ -13,17 +13,17 @@ from trainers.algorithms.rollout import Rollout, RolloutReport
 
 
 class Collector(ABC):
-    """Steps its worlds with the newest policy."""
+    """Steps a vector env with the newest policy."""
 
     def __init__(self, config: PpoConfig, env: Any, device: torch.device, worker_index: int = 0, restarts: int = 0) -> None:
-        """Begin the first episodes.
+        """Start the first episodes.
 
         Args:
-            config: Of the run.
+            config: Run configuration.
             env: Vector env, of arrays or of tensors.
-            device: Of the policy.
-            worker_index: Of this collector among all, part of its seed.
-            restarts: How many held the place before, part of its seed: whoever takes a place over does not repeat what was collected there.
+            device: Device of the policy.
+            worker_index: Index of this collector among all; seeds its random numbers.
+            restarts: How often this worker was restarted; seeds its random numbers, so that a new one does not repeat what was collected.
         """
         self._horizon = config.collect.horizon
         self.env = env
@@ -37,26 +37,26 @@ class Collector(ABC):
         """Return one rollout of the policy.
 
         Args:
-            weights: Of the policy.
-            sigma: Standard deviation of its actions.
-            max_assist_bw: Largest force of the invisible hand [body weights].
+            weights: Policy weights by name.
+            sigma: Standard deviation of the actions.
+            max_assist_bw: Largest assistive force on the root [body weights].
         """
 
     def collect_and_report(self, weights: dict[str, np.ndarray], sigma: float, max_assist_bw: float) -> tuple[Rollout, RolloutReport]:
-        """Return one rollout and what there is to tell of it; as two objects of Ray's, of which the second is small."""
+        """Return one rollout and its report; as two of Ray's objects, of which the second is small."""
         begin = time.monotonic()
         rollout = self.collect(weights, sigma, max_assist_bw)
         return rollout, rollout.report(time.monotonic() - begin)
 
     def is_ready(self) -> bool:
-        """Return that this is built; what an actor of Ray's is asked first."""
+        """Return that the collector is built; the first call to a Ray actor."""
         return True
 
     def get_state(self) -> dict[str, Any]:
-        """Return everything that the next rollout depends on beside the weights."""
+        """Return the state that the next rollout depends on beside the weights."""
         return {"env": self.env.get_state(), "random": self._random.get_state().numpy()}
 
     def set_state(self, state: dict[str, Any]) -> None:
-        """Go back to a state that ``get_state`` returned."""
+        """Restore a state that ``get_state`` returned."""
         self._observation = self.env.set_state(state["env"])
         self._random.set_state(torch.from_numpy(state["random"].copy()))

@@ -1,4 +1,4 @@
-"""The collector of processors: in the learner's process or as a Ray actor in its own."""
+"""Collector on MuJoCo's CPU engine: in the learner's process, or a Ray actor in its own."""
 
 import numpy as np
 import torch
@@ -14,7 +14,7 @@ from trainers.collectors.collector import Collector
 
 
 class CpuCollector(Collector):
-    """Steps worlds that MuJoCo simulates on threads."""
+    """Steps worlds that MuJoCo simulates on native threads."""
 
     def __init__(
         self,
@@ -26,16 +26,16 @@ class CpuCollector(Collector):
         fps: float,
         clip_weights: np.ndarray,
     ) -> None:
-        """Build envs and policy.
+        """Build the vector env and the policy.
 
         Args:
-            config: Of the run.
-            worker_index: Of this collector among all, part of its seed.
-            restarts: How many held the place before, part of its seed: whoever takes a place over does not repeat what was collected there.
-            clips: Of the motion library.
-            arrays: Of the motion library; plain arrays, so that Ray shares their memory among actors.
-            fps: Of the motion library.
-            clip_weights: How often each clip is drawn.
+            config: Run configuration.
+            worker_index: Index of this collector among all; seeds its random numbers.
+            restarts: How often this worker was restarted; seeds its random numbers, so that a new one does not repeat what was collected.
+            clips: Clips of the motion library.
+            arrays: Arrays of the motion library; plain, so that Ray shares their memory among actors.
+            fps: Frame rate of the motion library [1/s].
+            clip_weights: Sampling weights of the clips, shape (clips,).
         """
         self._threads = config.collect.threads
         library = MotionLibrary.from_arrays(clips, arrays, fps)

@@ -1,4 +1,4 @@
-"""The collector of a GPU: worlds, policy and rollout on the learner's device; nothing is copied to the host before a rollout is over."""
+"""Collector on a GPU: worlds, policy and rollout on the learner's device; nothing is copied to the host before a rollout is over."""
 
 import numpy as np
 import torch
@@ -17,12 +17,12 @@ class GpuCollector(Collector):
     """Steps worlds that mujoco-warp simulates on the learner's device."""
 
     def __init__(self, config: PpoConfig, library: MotionLibrary, clip_weights: np.ndarray) -> None:
-        """Build envs and policy.
+        """Build the vector env and the policy.
 
         Args:
-            config: Of the run.
+            config: Run configuration.
             library: Training clips.
-            clip_weights: How often each clip is drawn, shape (clips,).
+            clip_weights: Sampling weights of the clips, shape (clips,).
 
         Raises:
             InputError: If mujoco-warp is not installed, or cannot work with the GPU's driver.

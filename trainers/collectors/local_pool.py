@@ -1,23 +1,19 @@
-"""Who collects: one collector in the learner's process, on its device or on the CPU, or many actors of Ray."""
+"""Pools of collectors: the interface of all, and the pool of one collector in the learner's process."""
 
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from datasets.library.motion_library import MotionLibrary
-from trainers.algorithms.ppo_config import PpoConfig
 from trainers.algorithms.rollout import RolloutReport
 from trainers.collectors.collector import Collector
-from trainers.collectors.cpu_collector import CpuCollector
-from trainers.collectors.gpu_collector import GpuCollector
 
 
 class CollectedRollouts(NamedTuple):
-    """What the collectors brought.
+    """Rollouts of all collectors of an iteration.
 
     Attributes:
-        rollouts: For the learner: each a ``Rollout``, or Ray's reference to one.
-        reports: Of the same rollouts.
+        rollouts: Input of the learner's update: each a ``Rollout``, or Ray's reference to one.
+        reports: Reports of the same rollouts.
     """
 
     rollouts: list[Any]
@@ -25,7 +21,7 @@ class CollectedRollouts(NamedTuple):
 
     @property
     def samples(self) -> int:
-        """Control steps of all."""
+        """Number of control steps in all rollouts."""
         return sum(report.samples for report in self.reports)
 
 
@@ -41,25 +37,16 @@ class RolloutPool(Protocol):
         ...
 
     def set_state(self, states: dict[str, Any]) -> None:
-        """Put every collector into its state; a collector that had none begins anew."""
+        """Restore the state of every collector; one without a state begins anew."""
         ...
 
 
 class LocalPool:
     """One collector in this process."""
 
-    def __init__(self, config: PpoConfig, library: MotionLibrary, clip_weights: np.ndarray) -> None:
-        """Build it.
-
-        Args:
-            config: Of the run.
-            library: Training clips.
-            clip_weights: How often each clip is drawn, shape (clips,).
-        """
-        if config.physics == "warp":
-            self._collector: Collector = GpuCollector(config, library, clip_weights)
-        else:
-            self._collector = CpuCollector(config, 0, 0, library.clips, library.arrays(), library.fps, clip_weights)
+    def __init__(self, collector: Collector) -> None:
+        """Take the collector."""
+        self._collector = collector
 
     def collect(self, weights: dict[str, np.ndarray], sigma: float, max_assist_bw: float = 0.0) -> CollectedRollouts:
         """Return one rollout."""
@@ -71,6 +58,6 @@ class LocalPool:
         return {"0": self._collector.get_state(), "lives": {"0": 0}}
 
     def set_state(self, states: dict[str, Any]) -> None:
-        """Put the collector into its state."""
+        """Restore the collector's state."""
         if "0" in states:
             self._collector.set_state(states["0"])

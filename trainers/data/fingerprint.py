@@ -1,4 +1,4 @@
-"""A key of everything that prepared motion depends on, so that it is prepared once."""
+"""Cache key of prepared motion: a hash of the settings, files and code that it depends on."""
 
 import hashlib
 import json
@@ -15,10 +15,10 @@ def fingerprint(settings: Mapping[str, object], source: str, mapping: str, modul
     """Return a key of settings, motion files, their credits and the code that prepares them.
 
     Args:
-        settings: JSON values that the preparation depends on.
+        settings: Settings that the preparation depends on, JSON values.
         source: Motion source.
         mapping: File that names joints; none if empty.
-        module_name: Module that prepares the motion, such as its ``__name__``; every file that it imports counts.
+        module_name: Name of the module that prepares the motion; every file that it imports counts.
         root: Folder that holds the project's packages.
     """
     digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode())

@@ -1,7 +1,7 @@
-"""Clips, suits and mixture put together into the libraries that a run trains and selects on; prepared once, then cached."""
+"""Libraries that a PPO run trains and selects on: clips, simulated suits and sampling weights; prepared once, then cached."""
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,22 +16,21 @@ from datasets.motion.discontinuities import split_at_discontinuities
 from datasets.motion.mirror import mirror_motion
 from datasets.retarget.joint_mapping import read_mapping
 from envs.physics.inverse_dynamics import with_feed_forward
-from trainers.data.fingerprint import fingerprint
-from trainers.data.motion_cache import read_prepared, write_prepared
+from trainers.data.motion_cache import PreparedClips, prepare_cached
 from trainers.data.motion_config import CLEAN, RECONSTRUCTED, DataConfig
 from trainers.data.root_reconstruction import IMU_SYSTEMS, RootSource
 
-MIN_CLIP_S = 1.0  # s; from less nothing can be learnt
+MIN_CLIP_S = 1.0  # s; nothing can be learnt from shorter clips
 
 
 @dataclass(frozen=True)
 class PreparedMotions:
-    """What a run trains and selects on.
+    """Motion that a run trains and selects on.
 
     Attributes:
         training: Clips of all performers but the held-out one, as recorded and through simulated suits.
-        weights: How often each training clip is drawn, shape (clips,).
-        holdout: Clips of the held-out performer, the same way; the training clips where nobody is held out.
+        weights: Sampling weights of the training clips, shape (clips,).
+        holdout: Clips of the held-out performer, as recorded and through suits; the training clips where nobody is held out.
         held_out: The held-out performer, or "none".
     """
 
@@ -42,7 +41,7 @@ class PreparedMotions:
 
     @property
     def identity(self) -> str:
-        """What tells this motion from another: a resumed run must go on with the same."""
+        """Fingerprint of the clips, which a resumed run must have in common with its beginning."""
         return clips_fingerprint((*self.training.clips, *self.holdout.clips))
 
 
@@ -50,23 +49,19 @@ def prepare_motions(config: DataConfig, cache: Path, log: Callable[[str], None])
     """Return the libraries of a run, from the cache where the same were prepared before.
 
     Args:
-        config: Which motion.
+        config: Settings of the motion.
         cache: Folder of prepared libraries.
-        log: Told in a line what happens.
+        log: Receives lines about the progress.
 
     Raises:
         InputError: If the source is bad, holds nothing to train on, or the held-out performer is unknown.
     """
-    settings = {**asdict(config), "holdout": "", "suit_share": 0}
-    path = cache / f"{fingerprint(settings, config.motions, config.mapping, __name__)}.safetensors"
-    prepared = read_prepared(path)
-    if prepared is None:
-        log(f"preparing motion from {config.motions}")
+
+    def prepare() -> PreparedClips:
         library = build_library(config, log)
-        write_prepared(path, library.clips, library.arrays(), library.fps)
-    else:
-        log(f"motion from {config.motions} was prepared before: {path}")
-        library = MotionLibrary.from_arrays(*prepared)
+        return library.clips, library.arrays(), library.fps
+
+    library = MotionLibrary.from_arrays(*prepare_cached(config, ("holdout", "suit_share"), __name__, cache, prepare, log))
     log(f"roots of suits and of clips without one: {config.root_source}")
     held_out = resolve_holdout(library.clips, config.holdout)
     training = library.select([clip.performer != held_out for clip in library.clips])
@@ -78,9 +73,9 @@ def build_library(config: DataConfig, log: Callable[[str], None]) -> MotionLibra
     """Return all clips of a source with their simulated suit recordings, packed."""
     mapping = read_mapping(config.mapping) if config.mapping else None
     recorded = load_source_motions(config.motions, mapping, seed=config.seed)
-    for made_up in range(1, config.synthetic_sets + 1):
+    for people in range(1, config.synthetic_sets + 1):
         recorded += [
-            SourceMotion(replace(clip, name=f"{clip.name}_{made_up}")) for clip in load_clips(SYNTHETIC_SOURCE, seed=config.seed + made_up)
+            SourceMotion(replace(clip, name=f"{clip.name}_{people}")) for clip in load_clips(SYNTHETIC_SOURCE, seed=config.seed + people)
         ]
     level = [one for one in recorded if one.clip.kind not in ROUGH_GROUND_KINDS and one.clip.seconds >= MIN_CLIP_S]
     roots = RootSource(config.root_source == RECONSTRUCTED, log)
@@ -103,7 +98,7 @@ def build_library(config: DataConfig, log: Callable[[str], None]) -> MotionLibra
 
 
 def simulate_suits(clips: list[BodyMotion], config: DataConfig, roots: RootSource) -> tuple[list[BodyMotion], list[BodyMotion]]:
-    """Return what simulated suits make of clean clips, and for each of them the clean clip behind it."""
+    """Return recordings of clean clips through simulated suits, and for each of them the clean clip behind it."""
     suited, clean_clips = [], []
     for index, clip in enumerate(clips):
         for take in range(config.suit_clips):

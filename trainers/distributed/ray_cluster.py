@@ -1,4 +1,4 @@
-"""Ray: a private one on this machine, or a cluster that is running."""
+"""Connection to Ray: an instance of its own on this machine, or a cluster that is running."""
 
 import logging
 import os
@@ -14,24 +14,24 @@ from datasets.library.motion_library import ClipInfo, MotionLibrary
 from trainers.algorithms.ppo_config import PpoConfig
 
 _SHIPPED_PACKAGES = ("agents", "configs", "datasets", "envs", "trainers")  # what collectors and learners import
-_EXCLUDED_FILES = ["*.safetensors", "*.pyc"]  # trained networks: nobody over there needs them
+_EXCLUDED_FILES = ["*.safetensors", "*.pyc"]  # trained networks, which collectors and learners do not need
 _SPARE_OBJECT_STORE_BYTES = 128 * 2**20  # bytes of the object store beside what is known to go there
 
 
 class LearnerLostError(RuntimeError):
-    """The learner died, and what it had learnt since the last checkpoint with it."""
+    """The learner died, with what it had learnt since the newest checkpoint."""
 
 
 class RayCluster:
-    """A connection to Ray, and the motion that its actors share. Use as a context, so that it ends whatever happens."""
+    """A connection to Ray and the motion library that its actors share; a context manager, so that it is always closed."""
 
     def __init__(self, config: PpoConfig, library: MotionLibrary, clip_weights: np.ndarray) -> None:
         """Join the config's cluster, or start one on this machine, and put the motion into its memory.
 
         Args:
-            config: Of the run.
+            config: Run configuration.
             library: Training clips.
-            clip_weights: How often each clip is drawn, shape (clips,).
+            clip_weights: Sampling weights of the clips, shape (clips,).
 
         Raises:
             InputError: If there is no such cluster.
@@ -43,11 +43,11 @@ class RayCluster:
         )  # fmt: skip
 
     def start_actor(self, actor_class: type[Any], threads: int, *arguments: object, gpus: int = 0) -> Any:
-        """Return an actor of a class on cores, and GPUs, of its own; the actors of a cluster are spread over its nodes."""
+        """Start an actor with cores, and GPUs, of its own; the actors of a cluster are spread over its nodes."""
         return self.ray.remote(num_cpus=threads, num_gpus=gpus, scheduling_strategy="SPREAD")(actor_class).remote(*arguments)
 
     def num_learner_gpus(self, device: str) -> int:
-        """Return how many GPUs a learner on a config's device is to be given, 0 or 1.
+        """Return the number of GPUs of a learner on a config's device, 0 or 1.
 
         Raises:
             InputError: If it asks for one, and no node has any.
@@ -59,7 +59,7 @@ class RayCluster:
 
     @property
     def num_cores(self) -> int:
-        """Of all nodes."""
+        """Number of cores of all nodes."""
         return int(self.ray.cluster_resources().get("CPU", 0))
 
     def __enter__(self) -> Self:
@@ -67,12 +67,12 @@ class RayCluster:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Stop what was started, leave what was joined."""
+        """Stop Ray if it was started here; disconnect from a cluster that was joined."""
         self.ray.shutdown()
 
 
 def _import_ray() -> ModuleType:
-    """Return Ray, told what it must know before it is imported."""
+    """Return Ray, with the environment variables that it reads at import."""
     # Ray warns that it will one day stop clearing the GPUs' variable for actors without a GPU; we ask for none.
     os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
     # Ray lowers the priority of its workers; here they are half of the work, not a guest.
@@ -127,6 +127,6 @@ def _cluster_not_found(address: str, why: str) -> InputError:
 
 
 def _rollout_bytes(config: PpoConfig) -> int:
-    """Return what the rollouts of all actors take, three of each: one that is learnt from, one that is being made, one that came late."""
+    """Return the size of all rollouts in memory [bytes], three of each actor: one being learnt from, one being collected, one late."""
     floats = config.task.observation_size + 2 * config.task.action_size + 10
     return 3 * 4 * floats * config.collect.actors * config.collect.envs * config.collect.horizon

@@ -1,4 +1,4 @@
-"""Collectors as Ray's actors, which may be killed, hang, be slow or lose their machine: collecting goes on with those that are left."""
+"""Pool of collectors as Ray actors: restarts those that die or hang, and does not wait for stragglers."""
 
 import re
 import time
@@ -16,31 +16,31 @@ from trainers.collectors.cpu_collector import CpuCollector
 from trainers.collectors.local_pool import CollectedRollouts
 from trainers.distributed.ray_cluster import LearnerLostError, RayCluster
 
-STRAGGLER_FACTOR = 3.0  # typical times of a rollout after which nobody waits for a slow one: it is taken when it comes
-MIN_STRAGGLER_S = 5.0  # or so many seconds, whichever is longer
-HANG_FACTOR = 20.0  # typical times after which a collector is killed
-MIN_HANG_S = 60.0  # or so many seconds, whichever is longer
-POLL_INTERVAL_S = 0.2  # between looks at who has come
-FIRST_START_TIMEOUT_S = 300.0  # for which nothing but collectors that are starting is waited for
-ALL_STARTED_TIMEOUT_S = 30.0  # for which all of them are waited for when a run begins
-MAX_ROLLOUT_AGE_UPDATES = 8  # updates after which a rollout is too old to learn from
-MAX_CONSECUTIVE_FAILURES = 3  # of one place in a row, without a rollout between them, after which it is given up
+STRAGGLER_FACTOR = 3.0  # median rollout times after which a slow one is not waited for; it is taken when it comes
+MIN_STRAGGLER_S = 5.0  # whichever is longer
+HANG_FACTOR = 20.0  # median rollout times after which a collector is killed
+MIN_HANG_S = 60.0  # whichever is longer
+POLL_INTERVAL_S = 0.2  # between polls of arrived rollouts
+FIRST_START_TIMEOUT_S = 300.0  # of waiting for the first collector
+ALL_STARTED_TIMEOUT_S = 30.0  # of waiting for all collectors when a run begins
+MAX_ROLLOUT_AGE_UPDATES = 8  # older rollouts are dropped
+MAX_CONSECUTIVE_FAILURES = 3  # of one slot, without a rollout between them; then it is given up
 
 
 @dataclass
 class WorkerSlot:
-    """One place among the collectors, and who holds it now.
+    """A worker's slot in the pool, and the actor that holds it now.
 
     Attributes:
-        index: Of the place.
-        restarts: How many held it before.
-        consecutive_failures: Of its holders, since the place last brought a rollout.
-        actor: Ray's handle.
-        ready_ref: Ray's reference to a sign of life while the actor is starting; None once it has started.
-        rollout_ref: Reference to the rollout that it was asked for; None if it was asked for none.
+        index: Index of the slot.
+        restarts: Number of actors that held the slot before.
+        consecutive_failures: Losses since the slot last delivered a rollout.
+        actor: Ray's handle of the actor.
+        ready_ref: Reference to ``is_ready`` while the actor is starting; None once it has started.
+        rollout_ref: Reference to the requested rollout; None if none was requested.
         report_ref: Reference to that rollout's report.
-        requested_at_s: When it was asked [s].
-        requested_in_round: In which of the pool's rounds.
+        requested_at_s: Time of the request [s].
+        requested_in_round: The pool's round of the request.
     """
 
     index: int
@@ -55,25 +55,25 @@ class WorkerSlot:
 
     @property
     def pending_ref(self) -> Any:
-        """The reference that comes next; None if nothing is to come."""
+        """The reference that is waited for next; None if there is none."""
         return self.ready_ref if self.ready_ref is not None else self.report_ref
 
     @property
     def is_idle(self) -> bool:
-        """Whether it can be asked."""
+        """Whether a rollout can be requested."""
         return self.ready_ref is None and self.report_ref is None
 
 
 class RayPool:
-    """All collectors of a run, as Ray's actors."""
+    """All collectors of a run as Ray actors."""
 
     def __init__(self, config: PpoConfig, cluster: RayCluster, log: Callable[[str], None] = lambda _: None, fetch: bool = True) -> None:
-        """Start the collectors and wait until all of them, or at least one and for long enough, are there.
+        """Start the collectors; wait until all have started, or one of them and a time limit has passed.
 
         Args:
-            config: Of the run.
-            cluster: Where they run.
-            log: Told when one is lost, replaced or given up.
+            config: Run configuration.
+            cluster: Connection to Ray.
+            log: Called with a line when a collector is lost, replaced or given up.
             fetch: Whether rollouts are fetched into this process, instead of being handed on as references.
 
         Raises:
@@ -90,12 +90,12 @@ class RayPool:
         self._wait_for_workers()
 
     def collect(self, weights: Any, sigma: float, max_assist_bw: float = 0.0) -> CollectedRollouts:
-        """Return the rollouts of all collectors that did not die and are not late.
+        """Return the rollouts of all collectors that are alive and not late.
 
         Args:
-            weights: Of the policy, or Ray's reference to them; sent once, not once an actor.
-            sigma: Standard deviation of its actions.
-            max_assist_bw: Largest force of the invisible hand [body weights].
+            weights: Policy weights, or Ray's reference to them; sent once, not once an actor.
+            sigma: Standard deviation of the actions.
+            max_assist_bw: Largest assistive force on the root [body weights].
 
         Raises:
             RunError: If no collector is left.
@@ -110,7 +110,7 @@ class RayPool:
         return collected
 
     def get_state(self) -> dict[str, Any]:
-        """Return the states of the collectors that tell it in time, and how many held each place."""
+        """Return the states of the collectors that answer in time, and the restarts of each slot."""
         can_tell = [slot for slot in self._slots if slot.is_idle or (slot.report_ref is not None and self._time_until_late_s(slot) > 0.0)]
         asked = {slot.index: slot.actor.get_state.remote() for slot in can_tell}
         done, _ = self._ray.wait(list(asked.values()), num_returns=len(asked), timeout=self._straggler_limit_s()) if asked else ([], [])
@@ -124,7 +124,7 @@ class RayPool:
         return states
 
     def set_state(self, states: dict[str, Any]) -> None:
-        """Put every collector into its state; one that had none begins anew, and does not repeat what its place collected."""
+        """Restore the state of every collector; one without a state begins anew and does not repeat what its slot collected."""
         told = []
         for slot in self._slots:
             if str(slot.index) in states:
@@ -137,7 +137,7 @@ class RayPool:
         self._ray.get(told)
 
     def _wait_for_workers(self) -> None:
-        """Wait for the collectors; the first rounds of a run should have all that can be had."""
+        """Wait for the collectors: the first rounds of a run should have as many as can start."""
         starting = [slot.ready_ref for slot in self._slots]
         done, _ = self._ray.wait(starting, num_returns=len(starting), timeout=ALL_STARTED_TIMEOUT_S)
         if not done:  # as long as it takes, for one
@@ -148,7 +148,7 @@ class RayPool:
             self._log(f"{there} of {len(self._slots)} collectors have started, on a cluster of {self._cluster.num_cores} cores")
 
     def _start_worker(self, slot: WorkerSlot) -> None:
-        """Let a new actor take a place."""
+        """Start a new actor in a slot."""
         slot.restarts += 1
         slot.actor = self._cluster.start_actor(
             CpuCollector, self._config.collect.threads, self._config, slot.index, slot.restarts, *self._cluster.shared_library
@@ -157,18 +157,18 @@ class RayPool:
         slot.report_ref = slot.rollout_ref = None
 
     def _request_rollouts(self, settings: tuple[Any, float, float]) -> None:
-        """Ask every idle collector for a rollout."""
+        """Request a rollout from every idle collector."""
         for slot in self._slots:
             if slot.is_idle:
                 slot.rollout_ref, slot.report_ref = slot.actor.collect_and_report.options(num_returns=2).remote(*settings)
                 slot.requested_at_s, slot.requested_in_round = time.monotonic(), self._round
 
     def _gather_rollouts(self, settings: tuple[Any, float, float]) -> CollectedRollouts:
-        """Wait until all collectors have brought something, but not for long for those that are late or starting."""
+        """Return the rollouts of a round: wait for all collectors, but not for long for those that are late or starting."""
         collected = CollectedRollouts([], [])
         begin = time.monotonic()
         while True:
-            self._take_arrived(collected)  # before anybody is judged: what is there is there, however long nobody looked
+            self._take_arrived(collected)  # before hung ones are replaced: what has arrived counts, however late it is looked at
             self._replace_hung()
             if not collected.reports:
                 self._request_rollouts(settings)  # newcomers
@@ -179,28 +179,28 @@ class RayPool:
             self._ray.wait(coming, num_returns=len(coming), timeout=min(worth, POLL_INTERVAL_S))
 
     def _take_arrived(self, collected: CollectedRollouts) -> None:
-        """Take everything that has come by now: signs of life, rollouts, and the news of deaths."""
+        """Process everything that has arrived: starts, rollouts and failures."""
         awaited = {slot.pending_ref: slot for slot in self._slots if slot.pending_ref is not None}
         if not awaited:
             return
         done, _ = self._ray.wait(list(awaited), num_returns=len(awaited), timeout=0.0)
         told = dict(zip((awaited[reference].index for reference in done), self._get(done), strict=True))
-        places = [awaited[reference] for reference in done]
-        brought = [slot for slot in places if isinstance(told[slot.index], RolloutReport)]
+        arrived = [awaited[reference] for reference in done]
+        brought = [slot for slot in arrived if isinstance(told[slot.index], RolloutReport)]
         rollouts = self._get([slot.rollout_ref for slot in brought]) if self._fetch else [slot.rollout_ref for slot in brought]
         for slot, rollout in zip(brought, rollouts, strict=True):
             if isinstance(rollout, Exception):  # its node was lost after it had told of it
                 told[slot.index] = rollout
             else:
                 self._accept_rollout(slot, rollout, told[slot.index], collected)
-        for slot in places:
+        for slot in arrived:
             if isinstance(error := told[slot.index], Exception):
                 self._handle_failure(slot, _failure_reason(error))
             else:
                 slot.ready_ref = None
 
     def _get(self, references: list[Any]) -> list[Any]:
-        """Return what is behind references, errors among it; all at once, where there are none.
+        """Return the objects behind references, errors among them; fetched at once where there are no errors.
 
         Raises:
             LearnerLostError: If a collector was asked, and could not get the weights.
@@ -215,7 +215,7 @@ class RayPool:
             return [error]
 
     def _accept_rollout(self, slot: WorkerSlot, rollout: Any, report: RolloutReport, collected: CollectedRollouts) -> None:
-        """Keep a rollout, unless it is too old."""
+        """Add a rollout to the round's, unless it is too old."""
         age = self._round - slot.requested_in_round
         slot.consecutive_failures, slot.rollout_ref, slot.report_ref = 0, None, None
         self._rollout_seconds.append(report.seconds)
@@ -226,7 +226,7 @@ class RayPool:
             collected.reports.append(report)
 
     def _remaining_wait_s(self, has_rollouts: bool, begin: float) -> float:
-        """Return for how long it is worth to wait for more in this round [s]; raise if there is nothing left to wait for at all."""
+        """Return how long to wait for more in this round [s]; raise a RunError if there is nothing to wait for."""
         working = [slot for slot in self._slots if slot.report_ref is not None]
         if has_rollouts:
             return max((self._time_until_late_s(slot) for slot in working), default=0.0)
@@ -240,22 +240,22 @@ class RayPool:
         return inf
 
     def _straggler_limit_s(self) -> float:
-        """Return how long a collector may take without being late [s]."""
+        """Return the time after which a rollout is late [s]."""
         return max(STRAGGLER_FACTOR * median(self._rollout_seconds), MIN_STRAGGLER_S) if self._rollout_seconds else FIRST_START_TIMEOUT_S
 
     def _time_until_late_s(self, slot: WorkerSlot) -> float:
-        """Return for how long a collector that is working is not late yet [s]."""
+        """Return the time until a working collector is late [s]."""
         return slot.requested_at_s + self._straggler_limit_s() - time.monotonic()
 
     def _replace_hung(self) -> None:
-        """Kill collectors that have been at one rollout for too long."""
+        """Replace collectors whose rollout takes too long."""
         limit = max(HANG_FACTOR * median(self._rollout_seconds), MIN_HANG_S) if self._rollout_seconds else FIRST_START_TIMEOUT_S
         for slot in self._slots:
             if slot.report_ref is not None and time.monotonic() - slot.requested_at_s > limit:
                 self._handle_failure(slot, f"nothing came from it for {limit:.0f} s")
 
     def _handle_failure(self, slot: WorkerSlot, reason: str) -> None:
-        """Replace a collector, or give its place up."""
+        """Kill a collector and start another in its slot, or give the slot up."""
         self._ray.kill(slot.actor)  # what raised an error is alive, and in no state to go on
         slot.consecutive_failures += 1
         self._last_failure_reason = reason
@@ -272,7 +272,7 @@ class RayPool:
 
 
 def _failure_reason(error: Exception) -> str:
-    """Return what an error of Ray's says in its many lines: why an actor died, or else what it raised."""
+    """Return the reason in one of Ray's error texts: why an actor died, or else what it raised."""
     said = re.search(r"The actor (?:is dead|died) because (its .*?)[.\n]", str(error))
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     return said[1] if said else lines[-1] if lines else type(error).__name__

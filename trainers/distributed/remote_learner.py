@@ -1,4 +1,4 @@
-"""The learner as an actor of Ray's, on a node that has the cores for it; rollouts and weights reach it without passing this process."""
+"""The learner as a Ray actor on a node that has the cores for it; rollouts and weights do not pass this process."""
 
 from typing import Any
 
@@ -14,18 +14,18 @@ from trainers.distributed.ray_cluster import LearnerLostError, RayCluster
 
 
 class RolloutsLostError(RuntimeError):
-    """Rollouts were lost with their node before the learner had them."""
+    """Rollouts were lost with their node before the learner got them."""
 
 
 class LearnerActor:
-    """Learns where Ray put it."""
+    """A ``PpoLearner`` in a process of Ray's."""
 
     def __init__(self, config: PpoConfig) -> None:
         """Build the learner of a run."""
         self._learner = PpoLearner(config)
 
     def update(self, progress: float, *rollouts: Rollout) -> tuple[dict[str, np.ndarray], dict[str, float]]:
-        """Improve the policy; return its new weights and the diagnostics, as two objects of Ray's."""
+        """Update the policy; return its new weights and the diagnostics, as two of Ray's objects."""
         diagnostics = self._learner.update(list(rollouts), progress)
         return self._learner.weights(), diagnostics
 
@@ -38,26 +38,26 @@ class LearnerActor:
         return self._learner.get_state()
 
     def set_state(self, state: dict[str, Any]) -> None:
-        """Go back to a state that ``get_state`` returned."""
+        """Restore a state that ``get_state`` returned."""
         self._learner.set_state(state)
 
 
 class RemoteLearner:
-    """Stands for a ``LearnerActor`` where a ``PpoLearner`` is expected."""
+    """Proxy of a ``LearnerActor`` with the interface of ``PpoLearner``."""
 
     def __init__(self, config: PpoConfig, cluster: RayCluster) -> None:
         """Start the learner.
 
         Args:
-            config: Of the run.
-            cluster: Where it runs.
+            config: Run configuration.
+            cluster: Connection to Ray.
         """
         self._config, self._cluster = config, cluster
         self._policy = make_policy(config)
         self.restart()
 
     def restart(self) -> None:
-        """Start another learner, with a fresh policy."""
+        """Start a learner with a fresh policy."""
         gpus = self._cluster.num_learner_gpus(self._config.device)
         self._actor = self._cluster.start_actor(LearnerActor, self._config.learner.threads, self._config, gpus=gpus)
         self._weights = self._actor.weights.remote()
@@ -74,7 +74,7 @@ class RemoteLearner:
         return self._policy
 
     def update(self, rollouts: list[Any], progress: float) -> dict[str, float]:
-        """Improve the policy on rollouts, given as references; return diagnostics.
+        """Update the policy with rollouts given as references; return diagnostics.
 
         Raises:
             RolloutsLostError: If they were lost on their way; nothing was learnt.
@@ -93,12 +93,16 @@ class RemoteLearner:
         return self._get(self._actor.get_state.remote())
 
     def set_state(self, state: dict[str, Any]) -> None:
-        """Put the learner into a state that ``get_state`` returned."""
+        """Restore a state that ``get_state`` returned."""
         self._get(self._actor.set_state.remote(state))
         self._weights = self._actor.weights.remote()
 
     def _get(self, reference: Any) -> Any:
-        """Return what the learner answers."""
+        """Return the object behind a reference.
+
+        Raises:
+            LearnerLostError: If the learner died.
+        """
         errors = self._cluster.ray.exceptions
         try:
             return self._cluster.ray.get(reference)
@@ -106,4 +110,4 @@ class RemoteLearner:
             raise LearnerLostError(str(error).splitlines()[0]) from error
 
 
-Learner = PpoLearner | RemoteLearner  # whoever learns in a run
+Learner = PpoLearner | RemoteLearner  # of a run

@@ -1,4 +1,4 @@
-"""Which policy of a run is kept: the one that does best on a performer that never trains."""
+"""Model selection: keeps the policy of a run that scores best on a performer that never trains."""
 
 from dataclasses import asdict
 from math import inf
@@ -15,7 +15,7 @@ from trainers.runs.progress import RunClock
 from trainers.runs.run_log import commit_of_code
 
 SELECTION_METRIC = "episode_length_ratio"  # the higher the better
-SELECTION_OFFSET_STEP = 5  # of the protocol's 20 starts each fifth is played: the score is read often
+SELECTION_OFFSET_STEP = 5  # every fifth of the protocol's 20 starts is played, as the score is read often
 
 
 class ModelSelection:
@@ -25,9 +25,9 @@ class ModelSelection:
         """Lay out the rollouts.
 
         Args:
-            config: Of the run.
-            motions: Its training and held-out clips; where no held-out clip is long enough, training clips score.
-            folder: Of the run.
+            config: Configuration of the run.
+            motions: Training and held-out clips of the run; where no held-out clip is long enough, training clips score.
+            folder: Folder of the run.
         """
         self._config, self._motions, self._file = config, motions, folder / "best" / "policy.safetensors"
         self._initial = folder / INITIAL_POLICY_FILE
@@ -40,7 +40,7 @@ class ModelSelection:
 
     @property
     def best_score(self) -> float:
-        """Score of the policy that is kept; a run that was killed may have kept it after its last checkpoint."""
+        """Score of the policy that is kept, which a run that was killed may have kept after its last checkpoint."""
         return self._curve[-1][SELECTION_METRIC] if self._curve else -inf
 
     def score(self, act: PolicyFn) -> dict[str, float]:
@@ -49,14 +49,14 @@ class ModelSelection:
         return {name: float(values.mean()) for name, values in found.items()}
 
     def zero_residual(self) -> dict[str, float]:
-        """Return the score of correcting nothing."""
+        """Return the score of the policy that corrects nothing."""
         return self.score(zero_residual(self._config.task))
 
     def save_best(self, policy: Policy, score: dict[str, float], clock: RunClock) -> None:
-        """Write a policy, with its card and the scores of all that were kept before, as the run's best.
+        """Write a policy as the run's best, with its card and the scores of all that were kept before.
 
         Raises:
-            OSError: If that could not be; the one before stays.
+            OSError: If it could not be written; the one before stays.
         """
         curve = [*self._curve, {"samples": clock.samples, "hours": clock.seconds / 3600.0, **score}]
         self._file.parent.mkdir(exist_ok=True)
@@ -64,7 +64,7 @@ class ModelSelection:
         self._curve = curve
 
     def _hardware_text(self) -> str:
-        """Return what simulated and where was learnt."""
+        """Return the physics backend and the learner's hardware."""
         learner = "a cluster" if self._config.ray.address else device_name(resolve_device(self._config.device))
         return f"physics={self._config.physics}, learner on {learner}"
 

@@ -1,4 +1,4 @@
-"""A policy over whole clips: the evaluation protocol of METRICS.md."""
+"""Evaluation protocol of docs/metrics.md: rollouts of a policy over whole clips."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -12,21 +12,21 @@ from envs.mimic.spec import EPISODE_FRAMES, MimicSpec
 from envs.vector_env import AdaptMimicVectorEnv
 
 NUM_OFFSETS = 20  # rollouts of a window, each beginning one frame later
-WINDOW_FRAMES = EPISODE_FRAMES + NUM_OFFSETS  # frames
-MIN_CLIP_FRAMES = 120  # frames: clips under 2 s are left out
+WINDOW_FRAMES = EPISODE_FRAMES + NUM_OFFSETS
+MIN_CLIP_FRAMES = 120  # clips under 2 s are left out
 MAX_PARALLEL_ROLLOUTS = 512  # rollouts played at once
 
 PolicyFn = Callable[[np.ndarray], np.ndarray]  # observations (N, O) to actions (N, A)
 
 
 class Rollouts(NamedTuple):
-    """Where R rollouts begin and how long each may last.
+    """First frames and lengths of R rollouts.
 
     Attributes:
-        clip: Index in the library, shape (R,).
+        clip: Index of the clip in the library, shape (R,).
         frame: First frame within the clip, shape (R,).
-        frames: Frames of the reference, shape (R,).
-        window: Index of the window that it belongs to, shape (R,).
+        frames: Number of reference frames, shape (R,).
+        window: Index of the window that the rollout belongs to, shape (R,).
     """
 
     clip: np.ndarray
@@ -40,7 +40,7 @@ def evaluation_rollouts(library: MotionLibrary, offset_step: int = 1) -> tuple[R
 
     Args:
         library: Clips at 60 fps.
-        offset_step: Take only each so-many-th of the 20 offsets; 1 is the protocol.
+        offset_step: Step between the offsets that are played, of 20; 1 is the protocol.
     """
     rows: list[tuple[int, int, int, int]] = []
     too_short = [clip.name for clip in library.clips if clip.frames < MIN_CLIP_FRAMES]
@@ -59,20 +59,20 @@ def evaluate_rollouts(act: PolicyFn, library: MotionLibrary, spec: MimicSpec, ro
     """Return the tracking metrics of each rollout of a deterministic policy.
 
     Args:
-        act: The policy.
+        act: Policy.
         library: Clips.
         spec: Variant of the task that the policy was trained for.
-        rollouts: Where to begin.
-        threads: Native threads.
+        rollouts: First frames and lengths.
+        threads: Number of native threads.
 
     Returns:
-        Each of ``TRACKING_METRICS``, shape (R,).
+        ``TRACKING_METRICS`` by name, shape (R,) each.
     """
     count = len(rollouts.clip)
     found = {name: np.full(count, np.nan) for name in TRACKING_METRICS}
     env = AdaptMimicVectorEnv(library, min(MAX_PARALLEL_ROLLOUTS, count), spec, threads, AutoresetMode.DISABLED)
     for first in range(0, count, env.num_envs):
-        # The last part is filled up with rollouts that were played before: an env has one size.
+        # The last part is filled up with rollouts that were played before, as an env has one size.
         indices = np.arange(first, first + env.num_envs) % count
         observation, _ = env.reset(
             options={"clip": rollouts.clip[indices], "frame": rollouts.frame[indices], "frames": rollouts.frames[indices]}
@@ -88,5 +88,5 @@ def evaluate_rollouts(act: PolicyFn, library: MotionLibrary, spec: MimicSpec, ro
 
 
 def zero_residual(spec: MimicSpec) -> PolicyFn:
-    """Return the policy that corrects nothing: the clip's own joint angles as PD targets."""
+    """Return the policy that corrects nothing, so that the clip's own joint angles are the PD targets."""
     return lambda observation: np.zeros((len(observation), spec.action_size), dtype=np.float32)

@@ -4,20 +4,16 @@ import sys
 import time
 from pathlib import Path
 
-import torch
-
 from configs.errors import InputError
 from configs.load import save_config
-from envs.physics.mujoco_warp import import_warp
 from trainers.algorithms.policy_file import load_initial_policy
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.data.training_motions import prepare_motions
 from trainers.ppo.log import PpoLog
 from trainers.ppo.run import PpoRun
-from trainers.ppo.workers import build_workers
+from trainers.ppo.workers import build_workers, choose_backend
 from trainers.runs.checkpoint import load_newest
 from trainers.runs.command_line import run_training
-from trainers.runs.device import resolve_device
 from trainers.runs.progress import StopSignal
 from trainers.runs.run_folder import make_folder, move_aside
 from trainers.runs.run_log import commit_of_code, make_console
@@ -29,18 +25,16 @@ def train(config: PpoConfig, resume: bool) -> Path:
     log = PpoLog(folder, make_console(), config)
     if resume and load_newest(folder / "checkpoints") is None:
         raise InputError(f"there is no checkpoint to resume in {folder}/checkpoints; start without --resume")
-    device, initial = _device(config), None if resume else load_initial_policy(config)
-    make_folder(Path(config.runs_dir))  # before minutes are spent
+    backend, initial = choose_backend(config), None if resume else load_initial_policy(config)
+    make_folder(Path(config.runs_dir))  # errors come before minutes are spent
     motions = prepare_motions(config.data, Path(config.runs_dir) / "cache", log.info)
     if not resume:
         move_aside(folder, log.info)
     make_folder(folder)
-    if config.physics == "warp":
-        log.info(f"worlds, policy and learner on {device}; compiling the engine, which takes minutes the first time on a machine")
-        if config.collect.actors:
-            log.info(f"collect.actors={config.collect.actors} is not looked at: with physics=warp this process collects")
+    for notice in backend.notices:
+        log.info(notice)
     with build_workers(config, motions.training, motions.weights, log.info) as (learner, pool):
-        run = PpoRun(config, motions, folder, log, learner, pool)
+        run = PpoRun(config, motions, folder, log, learner, pool, backend.simulator)
         if resume:
             run.resume()
         if initial:
@@ -63,18 +57,10 @@ def train(config: PpoConfig, resume: bool) -> Path:
     return folder
 
 
-def _device(config: PpoConfig) -> torch.device:
-    """Return where the policy learns; raise an InputError, before minutes are spent, if this machine lacks what the config asks for."""
-    device = resolve_device("auto" if config.ray.address else config.device)  # a cluster's learner finds its own
-    if config.physics == "warp":
-        import_warp(device)
-    return device
-
-
-def main(arguments: list[str] | None = None) -> int:
+def main(arguments: list[str] | None = None, prog: str = "python -m trainers.ppo") -> int:
     """Run the command line; return the exit code."""
     description = "Train a policy that mimics motion under physics."
-    return run_training("trainers.ppo", description, "configs/mixed.yaml", lambda _: PpoConfig, train, arguments)
+    return run_training(prog, description, "configs/mixed.yaml", lambda _: PpoConfig, train, arguments)
 
 
 if __name__ == "__main__":

@@ -29,8 +29,8 @@ class PpoLog(RunLog):
 
         Args:
             clock: After it.
-            reports: Of the rollouts that it learnt from.
-            diagnostics: Of the learner, by name.
+            reports: Reports of the rollouts that it learnt from.
+            diagnostics: Diagnostics of the learner by name.
             speeds: Control steps per second, by what was timed.
         """
         self._recent_episodes.append({name: np.concat([report.episodes[name] for report in reports]) for name in TRACKING_METRICS})

@@ -1,4 +1,4 @@
-"""Checkpoints: a tree of arrays and plain values as one safetensors file, written whole or not at all."""
+"""Checkpoints: trees of arrays and plain values, each as one safetensors file that is written whole or not at all."""
 
 import json
 from collections.abc import Callable
@@ -22,19 +22,19 @@ class BrokenCheckpointError(ValueError):
 
 
 class Checkpoints:
-    """The checkpoints of a run. A disk that refuses one is no reason to stop, while those before are there."""
+    """Checkpoints of a run; one that cannot be written does not stop it, as those before are there."""
 
     def __init__(self, folder: Path, log: Callable[[str], None]) -> None:
-        """Look after those in ``folder``; ``log`` is told of what is broken and of what could not be written."""
+        """Manage the checkpoints in ``folder``; ``log`` receives lines about those that are broken or could not be written."""
         self.folder, self._log = folder, log
         self._write_error = ""
 
     def newest(self) -> tuple[dict[str, Any], Path] | None:
-        """Return the newest that is whole, and its file; None if there is none."""
+        """Return the newest checkpoint that is whole, and its file; None if there is none."""
         return load_newest(self.folder, self._log)
 
     def save(self, iteration: int, tree: dict[str, Any]) -> None:
-        """Write one, or tell why that could not be."""
+        """Write a checkpoint, or log why it could not be written."""
         try:
             save_checkpoint(self.folder, iteration, tree)
             self._write_error = ""
@@ -43,27 +43,24 @@ class Checkpoints:
             self._log(f"no checkpoint could be written ({error}); the run goes on, and tries again at the next")
 
     def raise_if_last_failed(self) -> None:
-        """Raise RunError if the last one could not be written; to be called at the end of a run."""
+        """Raise RunError if the last checkpoint could not be written; to be called at the end of a run."""
         if self._write_error:
             raise RunError(f"the last checkpoint could not be written: {self._write_error}; make room, and go on with --resume")
 
 
 def save_checkpoint(folder: Path, iteration: int, tree: dict[str, Any]) -> Path:
-    """Write a checkpoint and remove all but the newest.
+    """Write a checkpoint and remove all but the newest; return its file.
 
     Args:
-        folder: Of the run's checkpoints.
-        iteration: Part of the file's name.
+        folder: Folder of the run's checkpoints.
+        iteration: Iteration, which names the file.
         tree: Nested dictionaries with text keys; leaves are arrays or JSON values.
-
-    Returns:
-        The file.
 
     Raises:
         OSError: If it could not be written; those that were there stay.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    for left in folder.glob(".*.tmp"):  # by a run that was killed while it wrote
+    for left in folder.glob(".*.tmp"):  # by a run that was killed while writing
         left.unlink()
     arrays: dict[str, np.ndarray] = {}
     plain: dict[str, Any] = {}
@@ -73,7 +70,7 @@ def save_checkpoint(folder: Path, iteration: int, tree: dict[str, Any]) -> Path:
     try:
         with atomic_write(path) as temporary:
             save_file(arrays, temporary, metadata={"plain": text, "crc32": _checksum(arrays, text)})
-    except SafetensorError as error:  # what is written is known to be good: it is the disk
+    except SafetensorError as error:  # the arrays are known to be good, so the disk refused them
         raise OSError(f"{path}: {error}") from error
     for old in sorted(folder.glob("*.safetensors"))[:-NUM_KEPT_CHECKPOINTS]:
         old.unlink()
@@ -84,8 +81,8 @@ def load_newest(folder: Path, log: Callable[[str], None] = lambda _: None) -> tu
     """Return the newest checkpoint of a folder that is whole, and its file; None if there is none.
 
     Args:
-        folder: Of the run's checkpoints.
-        log: Told of each newer one that is broken.
+        folder: Folder of the run's checkpoints.
+        log: Receives a line about each newer one that is broken.
     """
     for path in sorted(folder.glob("*.safetensors"), reverse=True):
         try:
@@ -113,7 +110,7 @@ def _load(path: Path) -> dict[str, Any]:
 
 
 def _checksum(arrays: dict[str, np.ndarray], plain: str) -> str:
-    """Return a checksum of everything: safetensors notices a file that was cut short, but not a number that was changed."""
+    """Return a checksum of all values; safetensors detects a file that was cut short, but not a number that was changed."""
     found = crc32(plain.encode())
     for name in sorted(arrays):
         found = crc32(arrays[name].data, crc32(name.encode(), found))

@@ -1,4 +1,4 @@
-"""On which device tensors live and networks learn, and what it is called."""
+"""Device on which networks learn: its resolution from a config, its precision and its name."""
 
 import os
 import platform
@@ -12,7 +12,7 @@ from configs.errors import InputError
 
 
 def resolve_device(name: str) -> torch.device:
-    """Return a config's device: "cpu", "cuda", or "auto", the GPU where there is one.
+    """Return the device of a config's "cpu", "cuda", or "auto", the GPU where there is one.
 
     Raises:
         InputError: If there is no GPU, but one is asked for.
@@ -25,7 +25,7 @@ def resolve_device(name: str) -> torch.device:
 
 @contextmanager
 def allow_tf32(device: torch.device) -> Iterator[None]:
-    """Let a GPU multiply matrices on its tensor cores, several times as quick, with 10 bits of each factor: for networks, nothing else."""
+    """Multiply matrices on a GPU's tensor cores, several times as quick, with 10 bits of each factor: for networks, nothing else."""
     if device.type != "cuda":
         yield
         return
@@ -34,6 +34,11 @@ def allow_tf32(device: torch.device) -> Iterator[None]:
         yield
     finally:
         torch.set_float32_matmul_precision("highest")
+
+
+def available_cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def device_name(device: torch.device) -> str:

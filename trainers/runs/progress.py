@@ -1,4 +1,4 @@
-"""How far a run has come, and whether it was asked to stop."""
+"""Progress of a run, and requests to stop it."""
 
 import os
 import signal
@@ -7,31 +7,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf
 from types import FrameType
-from typing import Protocol
 
-
-class RunLimits(Protocol):
-    """What ends a run, part of every training's config: whichever comes first."""
-
-    @property
-    def samples(self) -> int:
-        """Samples after which training ends."""
-        ...
-
-    @property
-    def minutes(self) -> float:
-        """Wall-clock limit [min] after which it ends; 0 is none."""
-        ...
+from trainers.runs.run_config import RunConfig
 
 
 @dataclass(frozen=True)
 class RunClock:
-    """How far a run has come.
+    """Progress of a run.
 
     Attributes:
-        iteration: Updates so far; of PPO with the rollouts before each.
-        samples: Control steps or windows so far.
-        seconds: Time spent training and evaluating, interruptions left out.
+        iteration: Number of updates so far; of PPO each with the rollout before it.
+        samples: Number of samples so far, in the unit of the config.
+        seconds: Time spent training and evaluating [s], interruptions left out.
         best: Best score on the held-out performer so far; the higher the better.
     """
 
@@ -40,28 +27,28 @@ class RunClock:
     seconds: float = 0.0
     best: float = -inf
 
-    def progress(self, config: RunLimits) -> float:
-        """Return the share of the training that is done, by samples or by the clock, whichever is further."""
+    def progress(self, config: RunConfig) -> float:
+        """Return the share of the training that is done, by samples or by the clock, whichever is larger."""
         by_clock = self.seconds / (60.0 * config.minutes) if config.minutes else 0.0
         return min(max(self.samples / config.samples, by_clock), 1.0)
 
-    def time_left(self, config: RunLimits) -> str:
+    def time_left(self, config: RunConfig) -> str:
         """Return the time until the end at the speed so far, as minutes and seconds; call it once there is progress."""
         minutes, seconds = divmod(round(self.seconds * (1.0 / self.progress(config) - 1.0)), 60)
         return f"{minutes:d}:{seconds:02d} left"
 
 
 class StopSignal:
-    """Becomes ``is_requested`` when the user, the system or a scheduler asks the run to end: the iteration is finished and saved first.
+    """Request to end the run, by the user, the system or a scheduler; the run finishes and saves its iteration first.
 
-    Who asks: Ctrl-C, SIGTERM, SIGUSR1 (schedulers are often told to send it some minutes ahead), and the moment in
-    ``SLURM_JOB_END_TIME``, if Slurm says in this variable when it will end the job.
+    Requests are Ctrl-C, SIGTERM, SIGUSR1 (schedulers are often told to send it some minutes ahead) and the approach of
+    ``SLURM_JOB_END_TIME``, if Slurm sets this variable to when it will end the job.
     """
 
-    SAVE_RESERVE_S = 60.0  # s that are left to saving when a scheduler's job ends, beside two of the longest iterations
+    SAVE_RESERVE_S = 60.0  # s reserved for saving before a scheduler's job ends, beside two of the longest iterations
 
     def __init__(self, log: Callable[[str], None]) -> None:
-        """Listen; ``log`` is told when somebody asks."""
+        """Install the signal handlers; ``log`` receives a line about each request."""
         self._signalled, self._warned, self._longest_iteration_s = False, False, 0.0
         self._log = log
         self._job_end_s = _job_end()
@@ -80,17 +67,17 @@ class StopSignal:
         return self._signalled or near
 
     def record_iteration(self, seconds: float) -> None:
-        """Learn how long an iteration took, evaluation included."""
+        """Record how long an iteration took [s], evaluation included."""
         self._longest_iteration_s = max(self._longest_iteration_s, seconds)
 
     def _signal(self, number: int, frame: FrameType | None) -> None:
-        if self._signalled:  # asked twice: at once
+        if self._signalled:  # the second request stops at once
             raise KeyboardInterrupt
         self._signalled = True
         self._log("stopping after this iteration; once more stops at once, without saving")
 
 
 def _job_end() -> float:
-    """Return when Slurm ends the job that this process is part of [s since 1970]; infinite where nobody said."""
+    """Return when Slurm ends the job that this process is part of [s since 1970]; infinite where it is not known."""
     said = os.environ.get("SLURM_JOB_END_TIME", "")
     return float(said) if said.isdecimal() else inf

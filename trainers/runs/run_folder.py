@@ -1,4 +1,4 @@
-"""Folders of runs: nothing that an earlier run left is written over."""
+"""Folders of runs, in which no file of an earlier run is written over."""
 
 from collections.abc import Callable
 from itertools import count
@@ -11,7 +11,7 @@ def make_folder(folder: Path) -> None:
     """Create a folder and those above it where they are missing.
 
     Raises:
-        InputError: If that cannot be.
+        InputError: If it cannot be created.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)

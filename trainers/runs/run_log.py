@@ -1,4 +1,4 @@
-"""What a run tells: TensorBoard for later, lines with progress for now."""
+"""Log of a run: numbers for TensorBoard and lines of progress on the console."""
 
 import logging
 import subprocess
@@ -12,8 +12,8 @@ from torch.utils.tensorboard import SummaryWriter
 
 from configs.source_code import PROJECT_ROOT
 
-PROGRESS_INTERVAL_S = 5.0  # between lines of progress
-WRITE_RETRY_S = 60.0  # until numbers are written again after the disk refused them
+PROGRESS_INTERVAL_S = 5.0  # s between lines of progress
+WRITE_RETRY_S = 60.0  # s until writing numbers is tried again after the disk refused them
 
 
 def make_console() -> Console:
@@ -32,22 +32,22 @@ def commit_of_code() -> str:
 
 
 class RunLog:
-    """Writes numbers for TensorBoard, and lines for people."""
+    """Writes numbers for TensorBoard and prints lines."""
 
     def __init__(self, folder: Path, console: Console) -> None:
-        """Begin to tell of the run in ``folder``."""
+        """Create the log of the run in ``folder``; ``begin`` opens it for numbers."""
         logging.getLogger("tensorboard").setLevel(logging.ERROR)
         self._folder, self._console = folder, console
         self._writer: SummaryWriter | None = None
-        self._retry_at_s = 0.0  # when to try again to write, after that failed
+        self._retry_at_s = 0.0  # when writing is tried again after it failed
         self._last_line = 0.0
 
     def begin(self, samples: int) -> None:
-        """Begin to write numbers, of a run that has come to ``samples``; what was written beyond them is void."""
+        """Open the log for numbers of a run that has come to ``samples``; numbers beyond them, written before, are void."""
         self._open(samples + 1 if samples else None)
 
     def write(self, samples: int, values: dict[str, float]) -> None:
-        """Write numbers by name. Where that fails, on a full disk say, training goes on without them, and it is tried again later."""
+        """Write numbers by name; where that fails, on a full disk say, training goes on without them, and it is tried again later."""
         if self._writer is None and time.monotonic() >= self._retry_at_s:
             self._open(None)
         with self._tolerate_write_errors():
@@ -79,7 +79,7 @@ class RunLog:
 
     @contextmanager
     def _tolerate_write_errors(self) -> Iterator[None]:
-        """Give the writer up, and say so, if it cannot write; a writer that failed once fails for good."""
+        """Drop the writer, and print so, if it cannot write: a writer that failed once fails for good."""
         try:
             yield
         except OSError as error:

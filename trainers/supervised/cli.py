@@ -1,4 +1,4 @@
-"""Trains a network: ``python -m trainers.supervised --config configs/root3d.yaml [key.sub=value ...] [--resume]``."""
+"""Supervised trainings: ``python -m trainers.supervised --config configs/root3d.yaml [key.sub=value ...] [--resume]``."""
 
 import sys
 import time
@@ -9,15 +9,16 @@ from typing import Any
 import torch
 
 from configs.errors import InputError
-from configs.load import save_config
+from configs.load import former_key, save_config
 from trainers.runs.checkpoint import Checkpoints, load_newest
 from trainers.runs.command_line import run_training
 from trainers.runs.progress import RunClock, StopSignal
 from trainers.runs.run_folder import make_folder, move_aside
 from trainers.runs.run_log import RunLog, commit_of_code, make_console
 from trainers.supervised.jobs import JOBS, Config, Data, Learner, config_class
+from trainers.supervised.takes import clip_name
 
-LOG_INTERVAL_BATCHES = 100  # batches
+LOG_INTERVAL_BATCHES = 100
 
 
 def train(config: Config, resume: bool) -> Path:
@@ -28,6 +29,7 @@ def train(config: Config, resume: bool) -> Path:
         raise InputError(f"there is no checkpoint to resume in {folder}/checkpoints; start without --resume")
     make_folder(Path(config.runs_dir))  # before minutes are spent
     data = job.prepare(config.data, Path(config.runs_dir) / "cache", log.info)
+    torch.set_num_threads(config.learner.threads)
     learner = job.learner(config, data)
     if not resume:
         move_aside(folder, log.info)
@@ -65,7 +67,7 @@ def train(config: Config, resume: bool) -> Path:
 
 
 def _log(log: RunLog, clock: RunClock, config: Config, losses: list[torch.Tensor]) -> None:
-    """Write the mean loss since the last time, and a line of progress."""
+    """Write the mean loss since the last call, and a line of progress."""
     loss = float(torch.stack(losses).mean())
     losses.clear()
     sample = JOBS[config.learns].sample_unit
@@ -104,7 +106,7 @@ def _card(data: Data, config: Config, clock: RunClock, score: dict[str, float]) 
         "model": asdict(config.model),
         "data": {**asdict(config.data), "motions": source, "mapping": Path(config.data.mapping).name},
         "learner": asdict(config.learner),
-        "clips": sorted({clip.name.rsplit("/", 1)[0] for clip in clips}),
+        "clips": sorted({clip_name(clip.name) for clip in clips}),
         "performers": sorted({clip.performer for clip in clips}),
         "held_out": data.held_out,
         "held_out_metrics": score,
@@ -115,30 +117,36 @@ def _card(data: Data, config: Config, clock: RunClock, score: dict[str, float]) 
 
 
 def _training_identity(config: Config, data: Data) -> dict[str, object]:
-    """Return what a run that goes on must have in common with its beginning."""
+    """Return the settings that a resumed run must have in common with its beginning."""
     settings = {f"model.{name}": value for name, value in asdict(config.model).items()}
-    chosen = ("motions", "mapping", "kinds", "test")  # what they choose is known by the clips
-    settings |= {f"data.{name}": value for name, value in asdict(config.data).items() if name not in chosen}
+    known_by_clips = ("motions", "mapping", "kinds", "test_performers")
+    settings |= {f"data.{name}": value for name, value in asdict(config.data).items() if name not in known_by_clips}
     settings |= {f"learner.{name}": getattr(config.learner, name) for name in JOBS[config.learns].fixed_learner_settings}
     return {**settings, "data.motions": data.identity}
 
 
+def _former_name(config: Config, name: str) -> str:
+    """Return the name of a setting in checkpoints of earlier versions."""
+    section, _, key = name.partition(".")
+    return f"{section}.{former_key(type(getattr(config, section)), key)}"
+
+
 def _resume(checkpoints: Checkpoints, learner: Learner, config: Config, data: Data) -> RunClock:
-    """Put the learner into the state of the newest checkpoint; return its clock."""
+    """Set the learner to the state of the newest checkpoint; return its clock."""
     newest = checkpoints.newest()
-    assert newest is not None  # train looked
+    assert newest is not None  # train checked
     tree, path = newest
     then, now = tree["made_of"], _training_identity(config, data)
-    if other := [name for name in now if then.get(name) != now[name]]:
+    if other := [name for name in now if then.get(name, then.get(_former_name(config, name))) != now[name]]:
         raise InputError(f"{path} was trained with another {', '.join(other)}; resume with the config and the clips of then")
     learner.set_state(tree["learner"])
     return RunClock(**tree["clock"])
 
 
-def main(arguments: list[str] | None = None) -> int:
+def main(arguments: list[str] | None = None, prog: str = "python -m trainers.supervised") -> int:
     """Run the command line; return the exit code."""
     description = "Train a network that gives clips a root, or one that gives trackers a lower body."
-    return run_training("trainers.supervised", description, "configs/root3d.yaml", config_class, train, arguments)
+    return run_training(prog, description, "configs/root3d.yaml", config_class, train, arguments)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""One update of a LoBSTr network from pieces of clips (section 3.3), and its errors on a performer that it does not learn from."""
+"""Learner of a LoBSTr network: updates it on pieces of clips (section 3.3) and scores it on the held-out performer."""
 
 from typing import Any
 
@@ -16,8 +16,8 @@ from trainers.algorithms.learner_state import get_state, set_state
 from trainers.supervised.lobstr_config import LobstrConfig
 from trainers.supervised.lobstr_data import LobstrData
 
-NUM_NORMALISATION_PIECES = 512  # pieces from which the normalisation is taken
-NUM_SCORED_PIECES = 512  # pieces of the held-out performer that a score looks at
+NUM_NORMALISATION_PIECES = 512
+NUM_SCORED_PIECES = 512  # of the held-out performer, at most
 
 
 class LobstrLearner:
@@ -25,7 +25,6 @@ class LobstrLearner:
 
     def __init__(self, config: LobstrConfig, data: LobstrData) -> None:
         """Build everything from the run's seed."""
-        torch.set_num_threads(config.learner.threads)
         torch.manual_seed(config.seed)
         self.config = config.learner
         self.model = LobstrModel(config.model)
@@ -45,18 +44,18 @@ class LobstrLearner:
 
     @property
     def samples(self) -> int:
-        """Predicted frames of an update."""
+        """Number of predicted frames of an update."""
         return self.config.batch * self.config.predicted_frames
 
     def learning_rate(self, progress: float) -> float:
-        """Return Adam's rate at a share ``progress`` of the training."""
+        """Return Adam's learning rate at a ``progress`` from 0 to 1."""
         return self.config.learning_rate * (self.config.final_learning_rate / self.config.learning_rate) ** progress
 
     def update(self, progress: float) -> torch.Tensor:
         """Improve the network on one batch of random pieces; return its loss.
 
         Args:
-            progress: Share of the training that lies behind.
+            progress: Share of the training that is done.
         """
         for group in self.optimiser.param_groups:
             group["lr"] = self.learning_rate(progress)
@@ -76,7 +75,7 @@ class LobstrLearner:
         return {name: float(sum(w * part[name] for w, part in zip(weights, parts, strict=True))) for name in parts[0]}
 
     def _losses(self, starts: torch.Tensor, noisy: bool) -> dict[str, torch.Tensor]:
-        """Return the loss of pieces, and what it is about in numbers that mean something."""
+        """Return the loss of pieces with the errors of toe-bases [cm] and contacts that are right [%], which a reader understands."""
         rows = starts[:, None] + torch.arange(WINDOW_FRAMES, self._length)
         poses, contacts = self._frames.poses[rows], self._frames.contacts[rows].long()
         before = self._frames.poses[rows - 1] if self.model.spec.autoregressive else None
@@ -88,26 +87,26 @@ class LobstrLearner:
         losses = {
             "pose": (predicted.pose - poses).abs().mean(),
             "kinematics": distances.mean(),
-            "velocity": _safe_norm(toes.diff(dim=1) - true_toes.diff(dim=1)).mean(),  # ERRATA: predicted minus predicted
+            "velocity": _safe_norm(toes.diff(dim=1) - true_toes.diff(dim=1)).mean(),  # predicted minus predicted: docs/errata.md
             "contact": functional.cross_entropy(predicted.contact.flatten(0, 2), contacts.flatten()),
         }
         right = (predicted.contact.argmax(-1) == contacts).float().mean()
-        loss = sum((getattr(self.config, name) * value for name, value in losses.items()), torch.zeros(()))
+        loss = sum((getattr(self.config, f"{name}_weight") * value for name, value in losses.items()), torch.zeros(()))
         return {"loss": loss, "toe_error_cm": 100.0 * distances.mean(), "contact_accuracy": 100.0 * right}
 
     def _sample_starts(self, count: int) -> torch.Tensor:
-        """Return the starts of random pieces: long clips are drawn as often as they have frames (appendix 3)."""
+        """Return the first frames of random pieces; clips are drawn in proportion to their frames (appendix 3)."""
         return self._starts[torch.randint(len(self._starts), (count,), generator=self.random)]
 
     def _features(self, starts: torch.Tensor, noisy: bool) -> torch.Tensor:
-        """Return what is seen of pieces, shape (B, ``WINDOW`` - 1 + predicted, F)."""
+        """Return the input features of pieces, shape (B, ``WINDOW_FRAMES`` - 1 + ``predicted_frames``, F)."""
         rows = starts[:, None] + torch.arange(self._length)
         trackers = self._frames.positions[rows], self._frames.rotations[rows]
         positions, rotations = self._add_tracker_noise(*trackers) if noisy else trackers
         return tracker_features(self.model.spec.inputs, (positions[:, :-1], rotations[:, :-1]), (positions[:, 1:], rotations[:, 1:]))
 
     def _add_tracker_noise(self, positions: torch.Tensor, rotations: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-        """Return the trackers as they are worn, and as they are measured (appendix 2)."""
+        """Return the trackers with random placement on the body and with measurement noise (appendix 2)."""
         shape = positions.shape[:-1]
 
         def normal(*size: int) -> torch.Tensor:
@@ -124,12 +123,12 @@ class LobstrLearner:
         return get_state(self.model, self.optimiser, self.random)
 
     def set_state(self, state: dict[str, Any]) -> None:
-        """Go back to a state that ``get_state`` returned."""
+        """Return to a state that ``get_state`` returned."""
         set_state(self.model, self.optimiser, self.random, state)
 
 
 def _toe_base_positions(poses: torch.Tensor) -> torch.Tensor:
-    """Return toe-bases (..., 2, 3) [m] of poses (..., 48)."""
+    """Return the positions of the toe-bases (..., 2, 3) [m] in poses (..., 48)."""
     return toe_positions(from_rotation_6d(poses.unflatten(-1, (len(LEG_JOINTS), ROTATION_6D_SIZE))))
 
 

@@ -1,33 +1,29 @@
-"""What the training of a root model is made of; files in ``configs/`` change the defaults."""
+"""Configuration of the training of a root model; files in ``configs/`` change the defaults."""
 
 from dataclasses import dataclass, field
 
 from agents.root.spec import RootSpec
 from configs.errors import require
 from configs.load import formerly
+from trainers.data.motion_config import SourceConfig
+from trainers.runs.run_config import RunConfig
 
 
-@dataclass(frozen=True)
-class RootDataConfig:
-    """Which motion a root model learns from.
+@dataclass(frozen=True, kw_only=True)
+class RootDataConfig(SourceConfig):
+    """Motion that a root model learns from.
 
     Attributes:
-        motions: Motion source: a BVH or MVNX file, a folder of them, or "synthetic".
-        mapping: File that names the joints of a skeleton whose joints cannot be found; none if empty.
-        synthetic_sets: Sets of made-up people beside the source, of four people each.
         kinds: Kinds of motion that are kept; all if empty.
         rough_ground: Whether stairs are kept.
-        pose_source: "optical" as recorded, "imu" as a simulated suit has them, or "both"; accelerations are the suit's in any case.
-        suit_takes: Simulated suit recordings of each clip.
-        tempo: All takes but the first are performed slower or quicker by up to this factor.
-        suit_severity: How bad the suits are: 0 perfect, 1 as in the literature.
-        holdout: Performer of the source kept out of training for model selection; "auto" picks one, "none" selects on training clips.
+        pose_source: Source of the poses: "optical" as recorded, "imu" as a simulated suit has them, or "both"; accelerations are the
+            suit's in any case.
+        suit_takes: Number of simulated suit recordings of each clip.
+        tempo: Largest factor by which all takes but the first are slower or quicker.
+        suit_severity: Severity of the suits' faults: 0 none, 1 as in the literature.
         test_performers: Performers of the source who are left out of everything, for tests.
-        seed: Of everything random in the motion.
     """
 
-    motions: str = "synthetic"
-    mapping: str = ""
     synthetic_sets: int = formerly("synthetic", 4)
     kinds: tuple[str, ...] = ()
     rough_ground: bool = True
@@ -35,15 +31,13 @@ class RootDataConfig:
     suit_takes: int = formerly("takes", 4)
     tempo: float = 1.5
     suit_severity: float = 1.0
-    holdout: str = "auto"
     test_performers: tuple[str, ...] = formerly("test", ())
-    seed: int = 0
 
     def __post_init__(self) -> None:
-        """Check the values; OmegaConf hands lists over."""
+        """Check the values; OmegaConf passes lists instead of tuples."""
+        super().__post_init__()
         object.__setattr__(self, "kinds", tuple(self.kinds))
-        object.__setattr__(self, "test", tuple(self.test_performers))
-        require(self.synthetic_sets >= 0, "data.synthetic_sets", self.synthetic_sets, "0 or more")
+        object.__setattr__(self, "test_performers", tuple(self.test_performers))
         require(self.pose_source in ("optical", "imu", "both"), "data.pose_source", f"'{self.pose_source}'", "optical, imu or both")
         require(self.suit_takes >= 1, "data.suit_takes", self.suit_takes, "1 or more")
         require(self.tempo >= 1.0, "data.tempo", self.tempo, "1 or more")
@@ -52,18 +46,18 @@ class RootDataConfig:
 
 @dataclass(frozen=True)
 class RootLearnerConfig:
-    """How a root model is fitted.
+    """Settings of a root model's updates.
 
     Attributes:
-        loss: "l1" or "mse", of predictions in units of their standard deviation.
-        batch: Windows in a batch.
-        learning_rate: Of Adam, at the start.
-        final_learning_rate: At the end; linear in between.
-        weight_decay: Of Adam.
-        mask_share: Share of the joints and sensors, legs and pelvis left out, that each window hides.
-        sequence: Windows that follow one another in a batch; of more than one the drift that they add up to is a loss as well,
-            which the thesis misses in its own (3.5.1).
-        threads: Threads of torch.
+        loss: Loss of predictions in units of their standard deviation, "l1" or "mse".
+        batch: Number of windows in a batch.
+        learning_rate: Adam's learning rate at the start.
+        final_learning_rate: Adam's learning rate at the end; linear in between.
+        weight_decay: Adam's weight decay.
+        mask_share: Share of the joints and sensors that each window hides; legs and pelvis are never hidden.
+        sequence: Number of consecutive windows in a batch; of more than one the drift that they add up to is a loss as well, which
+            the thesis misses in its own (3.5.1).
+        threads: Number of torch threads.
     """
 
     loss: str = "l1"
@@ -87,45 +81,32 @@ class RootLearnerConfig:
         require(0.0 <= self.mask_share < 1.0, "learner.mask_share", self.mask_share, "from 0 up to but not 1")
 
 
-@dataclass(frozen=True)
-class RootConfig:
-    """One training run of a root model.
+@dataclass(frozen=True, kw_only=True)
+class RootConfig(RunConfig):
+    """One training run of a root model, whose samples are windows and whose iterations are batches.
 
     Attributes:
         learns: "root", which tells this config from others that ``trainers.supervised`` takes.
-        name: The run's folder under ``runs_dir``.
-        runs_dir: Folder of all runs.
-        data: Which motion.
-        model: Which model.
+        data: Motion.
+        model: Model.
         learner: Updates.
-        samples: Windows after which training ends.
-        minutes: Wall-clock limit after which it ends; 0 is none.
-        evaluate_every: Batches between evaluations on the held-out performer.
-        checkpoint_every: Batches between checkpoints.
-        seed: Of the network and the order of windows.
     """
 
     learns: str = "root"
     name: str = "root"
-    runs_dir: str = "runs"
     data: RootDataConfig = field(default_factory=RootDataConfig)
     model: RootSpec = field(default_factory=RootSpec)
     learner: RootLearnerConfig = field(default_factory=RootLearnerConfig)
     samples: int = 20_000_000
-    minutes: float = 0.0
     evaluate_every: int = 2000
     checkpoint_every: int = 2000
-    seed: int = 0
 
     def __post_init__(self) -> None:
         """Check the values."""
         require(self.learns == "root", "learns", f"'{self.learns}'", "root, or lower_body in a LoBSTr network's config")
-        for name in ("samples", "evaluate_every", "checkpoint_every"):
-            require(getattr(self, name) >= 1, name, getattr(self, name), "1 or more")
+        super().__post_init__()
         sequence, batch = self.learner.sequence, self.learner.batch
         if sequence > 1:
             multiple = f"1, or such that learner.batch ({batch}) is a multiple of twice it"
             should = multiple if self.model.predicts_steps_ahead else "1 for planar networks"
             require(self.model.predicts_steps_ahead and batch % (2 * sequence) == 0, "learner.sequence", sequence, should)
-        require(self.minutes >= 0.0, "minutes", self.minutes, "0 (no limit) or more")
-        require(bool(self.name) and "/" not in self.name, "name", repr(self.name), "a folder's name")

@@ -1,7 +1,7 @@
-"""Clips of a source and made-up people, through simulated suits, as the windows that a root model learns from; prepared once."""
+"""Motion that a root model learns from: takes of a source's clips and of synthetic people, with optical and simulated suits' poses."""
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,34 +11,32 @@ from configs.errors import InputError
 from datasets.imu.root_features import ROOT_RATE_HZ, RootFrames, concatenate_frames, root_frames
 from datasets.imu.suit_simulation import simulate_suit
 from datasets.library.motion_library import ClipInfo
-from datasets.library.sources import ROUGH_GROUND_KINDS, SYNTHETIC_SOURCE, load_clips
+from datasets.library.sources import ROUGH_GROUND_KINDS, SYNTHETIC_SOURCE
 from datasets.library.splits import clips_fingerprint, resolve_holdout
 from datasets.motion.clip import BodyMotion
-from datasets.motion.discontinuities import split_at_discontinuities
 from datasets.motion.kinematics import resample
-from datasets.retarget.joint_mapping import read_mapping
 from datasets.synthetic.clips import synthetic_clips
-from trainers.data.fingerprint import fingerprint
-from trainers.data.motion_cache import read_prepared, write_prepared
+from trainers.data.motion_cache import PreparedClips, prepare_cached
 from trainers.data.root_reconstruction import IMU_SYSTEMS
 from trainers.data.training_motions import MIN_CLIP_S
 from trainers.supervised.root_config import RootDataConfig
+from trainers.supervised.takes import load_ground_truth_clips, perform_take
 
 
 @dataclass(frozen=True)
 class PackedClips:
-    """Clips one after the other, with what is known of each.
+    """Clips one after the other.
 
     Attributes:
-        frames: Of all clips, torch.
-        clips: What is known of each; "imu_suit" poses have a "_suit" in their names.
+        frames: Frames of all clips, torch.
+        clips: Name, performer and frames of each clip; its system is "imu_suit" where a simulated suit's poses are in the frames.
     """
 
     frames: RootFrames
     clips: tuple[ClipInfo, ...]
 
     def window_starts(self, window: int) -> torch.Tensor:
-        """Return the first frames of all windows of ``window`` frames and the one after, that lie within one clip."""
+        """Return the first frames of all windows that lie, with the frame after their ``window`` frames, within one clip."""
         return torch.cat([torch.arange(clip.start, clip.start + max(clip.frames - window, 0)) for clip in self.clips])
 
     def select(self, wanted: list[bool]) -> "PackedClips":
@@ -52,7 +50,7 @@ class PackedClips:
 
 @dataclass(frozen=True)
 class RootData:
-    """What a run trains and selects on.
+    """Motion that a run trains and selects on.
 
     Attributes:
         training: All clips but the held-out performer's.
@@ -66,7 +64,7 @@ class RootData:
 
     @property
     def identity(self) -> str:
-        """What tells this motion from another: a resumed run must go on with the same."""
+        """Fingerprint of the clips, which a resumed run must have in common with its beginning."""
         return clips_fingerprint((*self.training.clips, *self.holdout.clips))
 
 
@@ -74,30 +72,24 @@ def prepare_root_data(config: RootDataConfig, cache: Path, log: Callable[[str], 
     """Return the clips of a run, from the cache where the same were prepared before.
 
     Args:
-        config: Which motion.
+        config: Settings of the motion.
         cache: Folder of prepared clips.
-        log: Told in a line what happens.
+        log: Receives lines about the progress.
 
     Raises:
         InputError: If the source is bad, holds nothing to train on, or the held-out performer is unknown.
     """
-    settings = {**asdict(config), "holdout": "", "kinds": "", "test": "", "rough_ground": True, "poses": "both"}
-    path = cache / f"root_{fingerprint(settings, config.motions, config.mapping, __name__)}.safetensors"
-    prepared = read_prepared(path)
-    if prepared is None:
-        log(f"preparing motion from {config.motions}")
-        packed = build_clips(config)
-        write_prepared(path, packed.clips, {name: part.numpy() for name, part in packed.frames._asdict().items()}, ROOT_RATE_HZ)
-    else:
-        clips, arrays, _ = prepared
-        packed = PackedClips(RootFrames(**{name: torch.from_numpy(array) for name, array in arrays.items()}), clips)
+    chosen_later = ("holdout", "kinds", "test_performers", "rough_ground", "pose_source")
+    clips, arrays, _ = prepare_cached(config, chosen_later, __name__, cache, lambda: _build_takes(config), log)
+    packed = PackedClips(RootFrames(**{name: torch.from_numpy(array) for name, array in arrays.items()}), clips)
     packed = packed.select([_is_wanted(clip, config) for clip in packed.clips])
     if not packed.clips:
         raise InputError(
             f"data.kinds={list(config.kinds)} and data.test_performers={list(config.test_performers)} leave no clip of {config.motions}"
         )
-    minutes = sum(clip.frames for clip in packed.clips) / ROOT_RATE_HZ / 60.0
     held_out = resolve_holdout(packed.clips, config.holdout)
+    packed = packed.select([_is_of_pose_source(clip, config) for clip in packed.clips])
+    minutes = sum(clip.frames for clip in packed.clips) / ROOT_RATE_HZ / 60.0
     performers = sorted({clip.performer for clip in packed.clips})
     training = packed.select([clip.performer != held_out for clip in packed.clips])
     holdout = packed.select([held_out in ("none", clip.performer) for clip in packed.clips])
@@ -106,48 +98,44 @@ def prepare_root_data(config: RootDataConfig, cache: Path, log: Callable[[str], 
 
 
 def _is_wanted(clip: ClipInfo, config: RootDataConfig) -> bool:
-    pose = "imu" if clip.name.endswith("_suit") else "optical"
     return (
-        config.pose_source in (pose, "both")
-        and (not config.kinds or clip.kind in config.kinds)
+        (not config.kinds or clip.kind in config.kinds)
         and clip.performer not in config.test_performers
         and (config.rough_ground or clip.kind not in ROUGH_GROUND_KINDS)
     )
 
 
-def build_clips(config: RootDataConfig) -> PackedClips:
+def _is_of_pose_source(clip: ClipInfo, config: RootDataConfig) -> bool:
+    return config.pose_source in ("imu" if clip.system in IMU_SYSTEMS else "optical", "both")
+
+
+def _build_takes(config: RootDataConfig) -> PreparedClips:
     """Return all takes of all clips, each with optical poses and with those of a simulated suit."""
-    mapping = read_mapping(config.mapping) if config.mapping else None
-    recorded = load_clips(config.motions, mapping, ROOT_RATE_HZ, config.seed) if config.motions != SYNTHETIC_SOURCE else []
-    clean = [part for clip in recorded if clip.rooted and clip.system not in IMU_SYSTEMS for part in split_at_discontinuities(clip)]
-    for made_up in range(config.synthetic_sets):
-        clean += [resample(clip, ROOT_RATE_HZ) for clip in synthetic_clips(config.seed + made_up)]
+    clean = load_ground_truth_clips(config, ROOT_RATE_HZ)
+    for synthetic_set in range(config.synthetic_sets):
+        clean += [resample(clip, ROOT_RATE_HZ) for clip in synthetic_clips(config.seed + synthetic_set)]
     usable = [clip for clip in clean if clip.seconds >= MIN_CLIP_S]
     if not usable:
         raise InputError(
-            f"data.motions={config.motions} holds no clip of at least {MIN_CLIP_S:g} s without faults; data.synthetic adds some"
+            f"data.motions={config.motions} holds no clip of at least {MIN_CLIP_S:g} s without faults; data.synthetic_sets adds some"
         )
     frames: list[RootFrames] = []
     clips: list[ClipInfo] = []
     for index, clip in enumerate(usable):
-        made_up_beside = clip.system == SYNTHETIC_SOURCE and config.motions != SYNTHETIC_SOURCE  # there are always others
-        for take in range(1 if made_up_beside else config.suit_takes):
+        is_synthetic_beside = clip.system == SYNTHETIC_SOURCE and config.motions != SYNTHETIC_SOURCE  # more are made by more sets
+        for take in range(1 if is_synthetic_beside else config.suit_takes):
             seed = np.random.SeedSequence((config.seed, index, take))
             for one, seen in _simulate_take(clip, take, seed, config):
-                clips.append(ClipInfo(one.name, one.performer, one.system, one.kind, 0, len(seen.heading)))
+                start = clips[-1].start + clips[-1].frames if clips else 0
+                clips.append(ClipInfo(one.name, one.performer, one.system, one.kind, start, len(seen.heading)))
                 frames.append(seen)
-    starts = np.cumsum([0, *(clip.frames for clip in clips)])
-    known = tuple(replace(clip, start=int(start)) for clip, start in zip(clips, starts, strict=False))
-    return PackedClips(RootFrames(*(torch.from_numpy(part) for part in concatenate_frames(frames))), known)
+    return tuple(clips), concatenate_frames(frames)._asdict(), ROOT_RATE_HZ
 
 
 def _simulate_take(
     clip: BodyMotion, take: int, seed: np.random.SeedSequence, config: RootDataConfig
 ) -> list[tuple[BodyMotion, RootFrames]]:
-    """Return a clip, performed at some tempo, as recorded and as a suit has it; with the suit's accelerations both."""
-    rng = np.random.default_rng(seed)
-    tempo = config.tempo ** rng.uniform(-1.0, 1.0) if take else 1.0
-    clean = replace(resample(replace(clip, fps=clip.fps * tempo), ROOT_RATE_HZ), name=f"{clip.name}/{take}")
+    """Return a take of a clip with optical poses and with a simulated suit's; with the suit's accelerations both."""
+    clean = perform_take(clip, take, config.tempo, ROOT_RATE_HZ, np.random.default_rng(seed))
     suit = simulate_suit(clean, int(seed.generate_state(1)[0]), config.suit_severity)
-    faulty = replace(suit.faulty, name=f"{clean.name}_suit", system=clean.system)
-    return [(clean, root_frames(clean, suit.accelerations)), (faulty, root_frames(faulty, suit.accelerations, clean))]
+    return [(clean, root_frames(clean, suit.accelerations)), (suit.faulty, root_frames(suit.faulty, suit.accelerations, clean))]

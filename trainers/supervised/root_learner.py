@@ -1,4 +1,4 @@
-"""One update of a root model from a batch of windows, and its error on windows that it does not learn from."""
+"""Learner of a root model: updates it on batches of windows and scores it on windows of the held-out performer."""
 
 from typing import Any
 
@@ -15,8 +15,8 @@ from trainers.supervised.root_config import RootConfig
 from trainers.supervised.root_data import PackedClips, RootData
 
 LOSSES = {"l1": functional.l1_loss, "mse": functional.mse_loss}
-NUM_NORMALISATION_WINDOWS = 20_000  # windows from which the normalisation is taken
-NUM_SCORED_WINDOWS = 20_000  # windows of the held-out performer that a score looks at
+NUM_NORMALISATION_WINDOWS = 20_000
+NUM_SCORED_WINDOWS = 20_000  # of the held-out performer, at most
 
 
 class RootLearner:
@@ -24,7 +24,6 @@ class RootLearner:
 
     def __init__(self, config: RootConfig, data: RootData) -> None:
         """Build everything from the run's seed."""
-        torch.set_num_threads(config.learner.threads)
         torch.manual_seed(config.seed)
         self.config = config.learner
         self.model = RootModel(config.model)
@@ -43,18 +42,18 @@ class RootLearner:
 
     @property
     def samples(self) -> int:
-        """Windows of an update."""
+        """Number of windows of an update."""
         return self.config.batch
 
     def learning_rate(self, progress: float) -> float:
-        """Return Adam's rate at a share ``progress`` of the training."""
+        """Return Adam's learning rate at a ``progress`` from 0 to 1."""
         return self.config.learning_rate + progress * (self.config.final_learning_rate - self.config.learning_rate)
 
     def update(self, progress: float) -> torch.Tensor:
         """Improve the model on one batch of random windows; return its loss.
 
         Args:
-            progress: Share of the training that lies behind.
+            progress: Share of the training that is done.
         """
         for group in self.optimiser.param_groups:
             group["lr"] = self.learning_rate(progress)
@@ -72,7 +71,7 @@ class RootLearner:
 
     @torch.inference_mode()
     def score(self) -> dict[str, float]:
-        """Return the error on windows of the held-out performer: the loss, and that of the end of a window [mm]."""
+        """Return the loss and the mean error of a window's end [mm] on windows of the held-out performer."""
         self.model.eval()
         losses, ends = [], []
         for starts in self._scored.split(4096):
@@ -84,25 +83,25 @@ class RootLearner:
         return {"loss": float(sum(losses) / count), "window_end_error_mm": float(sum(ends) / count)}
 
     def _loss(self, predicted: torch.Tensor, targets: torch.Tensor) -> torch.Tensor:
-        """Return the loss of paths (B, W, 3) [m] in units of their standard deviations."""
+        """Return the loss of paths (B, W, 3) [m], each in units of its standard deviation."""
         std = self.model.target_std
         return LOSSES[self.config.loss](predicted / std, targets / std)
 
     def _drift_loss(self, errors: torch.Tensor, starts: torch.Tensor) -> torch.Tensor:
-        """Return how far the windows of a sequence drift together, in standard deviations of one window's end.
+        """Return how far the windows of a sequence drift together, in units of the standard deviation of one window's end.
 
         Args:
-            errors: Of predicted paths [m], in each window's own axes, shape (B, W, 3).
+            errors: Errors of predicted paths [m], in each window's own axes, shape (B, W, 3).
             starts: First frames of the windows, shape (B,).
         """
         headings = self._training.frames.heading[starts].view(-1, self.config.sequence)
         turned = headings - headings[:, :1]
-        turned[: len(turned) // 2] *= -1.0  # which were mirrored
+        turned[: len(turned) // 2] *= -1.0  # the mirrored ones
         together = to_heading_frame(errors[:, -1], -turned.flatten()).view(*turned.shape, 3).sum(1)
         return (together / self.model.target_std[-1]).abs().mean() / self.config.sequence**0.5
 
     def _sample_starts(self, count: int) -> torch.Tensor:
-        """Return the starts of random windows: sequences of windows that follow one another, one sequence after the other."""
+        """Return the first frames of random sequences of consecutive windows, one sequence after the other."""
         first = self._starts[torch.randint(len(self._starts), (count // self.config.sequence,), generator=self.random)]
         return (first[:, None] + self.model.spec.window * torch.arange(self.config.sequence)).flatten()
 
@@ -115,11 +114,11 @@ class RootLearner:
         return get_state(self.model, self.optimiser, self.random)
 
     def set_state(self, state: dict[str, Any]) -> None:
-        """Go back to a state that ``get_state`` returned."""
+        """Return to a state that ``get_state`` returned."""
         set_state(self.model, self.optimiser, self.random, state)
 
 
 def _evenly_spaced_windows(clips: PackedClips, window: int) -> torch.Tensor:
-    """Return up to ``SCORED`` windows, evenly over all clips."""
+    """Return the first frames of up to ``NUM_SCORED_WINDOWS`` windows, evenly spaced over all clips."""
     starts = clips.window_starts(window)
     return starts[:: max(1, -(-len(starts) // NUM_SCORED_WINDOWS))]

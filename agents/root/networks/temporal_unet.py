@@ -1,4 +1,4 @@
-"""A U-Net over time: convolutions at several temporal scales with skip connections between equal ones (thesis 2.4.1)."""
+"""U-Net over time: convolutions at several temporal scales with skip connections between equal scales (thesis 2.4.1)."""
 
 from itertools import pairwise
 
@@ -11,33 +11,33 @@ class ConvolutionPair(nn.Module):
     """Two consecutive convolutions over time with ReLU; each kernel spans all features of the scale's input."""
 
     def __init__(self, into: int, out: int, kernel: int) -> None:
-        """Build them.
+        """Build the layers.
 
         Args:
-            into: Features of a frame that come in.
-            out: Features that go out.
-            kernel: Frames, odd.
+            into: Number of input features of a frame.
+            out: Number of output features of a frame.
+            kernel: Kernel size [frames], odd.
         """
         super().__init__()
         self.first = nn.Conv1d(into, out, kernel, padding=kernel // 2)
         self.second = nn.Conv1d(out, out, kernel, padding=kernel // 2)
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
-        """Return features (B, out, T) of features (B, into, T)."""
+        """Return output features (B, out, T) for input features (B, into, T)."""
         return functional.relu(self.second(functional.relu(self.first(x))))
 
 
 class TemporalUnet(nn.Module):
-    """Encoder and decoder; from one scale to the next time is halved by max-pooling and doubled by linear interpolation."""
+    """Encoder and decoder; scales differ by max-pooling of two frames and by linear interpolation back."""
 
     def __init__(self, into: int, channels: tuple[int, ...], out: int, kernel: int) -> None:
-        """Build it.
+        """Build the network.
 
         Args:
-            into: Features of a frame that come in.
-            channels: Features at each scale, the finest first.
-            out: Features of a frame that go out.
-            kernel: Frames that each convolution spans, odd.
+            into: Number of input features of a frame.
+            channels: Number of features at each scale, the finest first.
+            out: Number of output features of a frame.
+            kernel: Kernel size of each convolution [frames], odd.
         """
         super().__init__()
         self.encoder = nn.ModuleList(ConvolutionPair(a, b, kernel) for a, b in pairwise((into, *channels)))
@@ -45,7 +45,7 @@ class TemporalUnet(nn.Module):
         self.head = nn.Conv1d(channels[0], out, 1)
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
-        """Return (B, out, T) of (B, into, T); T is a multiple of 2 to the number of scales less one."""
+        """Return output features (B, out, T) for input features (B, into, T); T is a multiple of 2^(scales - 1)."""
         skipped: list[torch.Tensor] = []
         for scale, pair in enumerate(self.encoder):
             x = pair(x if scale == 0 else functional.max_pool1d(x, 2))

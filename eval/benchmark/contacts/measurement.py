@@ -1,4 +1,4 @@
-"""What every contact of feet and floor does while the humanoid performs a clip: load, slip, depth, and the energy that it takes."""
+"""Measurement of all contacts of feet and floor while the humanoid performs clips: load, slip, depth and dissipated power."""
 
 from typing import NamedTuple, Self
 
@@ -15,7 +15,7 @@ from envs.physics.protocol import CONTROL_STEP_S
 from envs.vector_env import AdaptMimicVectorEnv
 from trainers.evaluation.protocol import PolicyFn
 
-MIN_SLIP_SPEED_M_S = 0.1  # m/s, from which on a contact is said to slip
+MIN_SLIP_SPEED_M_S = 0.1  # from which on a contact counts as slipping
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
@@ -26,8 +26,8 @@ class Contacts(NamedTuple):
         world: Index of the world, shape (C,).
         load: Force along the floor's normal [N], shape (C,).
         slip: Horizontal speed of the contact point of the foot [m/s], shape (C,).
-        depth: Of the point in the floor [m], shape (C,).
-        power: That the contact takes from the body, force against speed [W], shape (C,).
+        depth: Penetration depth of the contact point [m], shape (C,).
+        power: Power that the contact takes from the body, force against speed [W], shape (C,).
     """
 
     world: np.ndarray
@@ -54,18 +54,18 @@ class Contacts(NamedTuple):
 
 
 class GroundContact(NamedTuple):
-    """How feet and floor met, over all contacts or those of some worlds, weighed by their loads.
+    """Measures of ground contact over the contacts of some worlds, weighted by load.
 
     Attributes:
         slip: Mean horizontal speed of the contact points [cm/s].
         slipping: Share of the load at points quicker than ``MIN_SLIP_SPEED_M_S``.
         depth: Mean depth [mm].
-        depth_p99: 99th percentile of the contacts' depths, not weighed [mm].
-        noise: Of the feet's speeds what reverses from engine step to engine step, mean over feet, toes and steps [cm/s].
-        power: That contacts take from the body, mean over time [W].
-        contacts: That bear load, mean over time.
-        body_error: Mean distance of the 20 bodies from the reference, roots aligned (METRICS) [mm].
-        lasted: Share of the clips that was performed.
+        depth_p99: 99th percentile of the contacts' depths, not weighted [mm].
+        noise: Part of the feet's velocities that reverses from engine step to engine step, mean over feet, toes and steps [cm/s].
+        power: Power that contacts take from the body, mean over time [W].
+        contacts: Number of contacts that bear load, mean over time.
+        body_error: Mean distance of the 20 bodies from the reference, roots aligned (docs/metrics.md) [mm].
+        lasted: Share of the clips' duration until the episodes ended.
     """
 
     slip: float
@@ -80,16 +80,16 @@ class GroundContact(NamedTuple):
 
 
 class ContactPhysics(CpuPhysics):
-    """Physics that looks at every contact of feet and floor at the beginning of every engine step.
+    """Physics that records every contact of feet and floor at the beginning of every engine step.
 
     Attributes:
-        active_worlds: Worlds that are looked at, shape (N,).
-        contacts: What was found until now, by engine step and world.
-        foot_speeds: Velocities of feet and toes at each engine step [m/s], not a number in worlds that are not watched, each (N, 4, 3).
+        active_worlds: Whether each world is recorded, shape (N,).
+        contacts: Contacts so far, by engine step and world.
+        foot_speeds: Velocities of feet and toes at each engine step [m/s], NaN in worlds that are not recorded, each (N, 4, 3).
     """
 
     def __init__(self, worlds: int, threads: int, model: mujoco.MjModel) -> None:
-        """Build the simulations of a model, all of them watched."""
+        """Build the simulations of a model, all of them recorded."""
         super().__init__(worlds, threads, model)
         self._data = mujoco.MjData(self.model)
         self.active_worlds = np.ones(worlds, dtype=bool)
@@ -111,14 +111,14 @@ class ContactPhysics(CpuPhysics):
 
 
 class ContactRecording(NamedTuple):
-    """Clips that were performed, one in each of N worlds, for up to one episode.
+    """Recording of clips that were performed, one in each of N worlds, for up to one episode.
 
     Attributes:
-        contacts: Of all worlds.
-        foot_speeds: Of feet and toes at each engine step, not a number after a world's end [m/s], shape (K, N, 4, 3).
-        body_error: Mean distance of the bodies at each control step, not a number after a world's end [m], shape (S, N).
+        contacts: Contacts of all worlds.
+        foot_speeds: Velocities of feet and toes at each engine step, NaN after a world's end [m/s], shape (K, N, 4, 3).
+        body_error: Mean distance of the bodies at each control step, NaN after a world's end [m], shape (S, N).
         steps: Control steps that each world could have lasted, shape (N,).
-        time_step: Of the engine [s].
+        time_step: Time step of the engine [s].
     """
 
     contacts: Contacts
@@ -131,14 +131,14 @@ class ContactRecording(NamedTuple):
 def record_contacts(
     model: mujoco.MjModel, library: MotionLibrary, spec: MimicSpec, act: PolicyFn, root_force: float = 0.0
 ) -> ContactRecording:
-    """Perform each clip from its first frame on until its episode ends, and note every contact.
+    """Perform each clip from its first frame on until its episode ends, and record every contact.
 
     Args:
-        model: A variant of ``envs.physics.humanoid_mjcf.build_model``'s.
+        model: Variant of ``envs.physics.humanoid_mjcf.build_model``'s model.
         library: Clips, with feed-forward angles where the task wants them.
         spec: Variant of the task.
-        act: The policy.
-        root_force: Largest force [body weights] that leads the root along the reference.
+        act: Policy.
+        root_force: Largest assist force on the root along the reference [body weights].
     """
     count = len(library.clips)
     env = AdaptMimicVectorEnv(library, count, spec, 1, AutoresetMode.DISABLED, physics=lambda n, threads: ContactPhysics(n, threads, model))
@@ -157,7 +157,7 @@ def record_contacts(
 
 
 def measure_ground_contact(recording: ContactRecording, worlds: np.ndarray) -> GroundContact:
-    """Return how feet and floor met in some worlds, given by their indices (n,)."""
+    """Return the measures of ground contact in some worlds, given by their indices (n,)."""
     chosen = np.isin(recording.contacts.world, worlds)
     _, load, slip, depth, power = (part[chosen] for part in recording.contacts)
     alive = np.isfinite(recording.body_error[:, worlds])
@@ -177,6 +177,6 @@ def measure_ground_contact(recording: ContactRecording, worlds: np.ndarray) -> G
 
 
 def alternating_speed(speeds: np.ndarray) -> float:
-    """Return how much of velocities (K, ..., 3) reverses from step to step: the mean length of (a - 2 b + c) / 4 of three in a row."""
+    """Return the part of velocities (K, ..., 3) that reverses from step to step: the mean length of (a - 2 b + c) / 4 of three in a row."""
     alternating = (speeds[:-2] - 2.0 * speeds[1:-1] + speeds[2:]) / 4.0
     return float(np.nanmean(np.linalg.norm(alternating, axis=-1)))

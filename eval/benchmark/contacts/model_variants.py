@@ -1,4 +1,4 @@
-"""Variants of the humanoid's model that differ in how feet meet the ground: the one in use, the one before it, and one change each."""
+"""Variants of the humanoid's model that differ in ground contact: the one in use, the one before it, and one change each."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -9,7 +9,7 @@ import numpy as np
 from envs.physics.humanoid_mjcf import ARMATURE, CONTACT_TIME_CONSTANT_S, FOOT_BODY_IDS, FRICTION, HINGE_KV, TIME_STEP_S, build_model
 
 IN_USE, PREVIOUS = "in use", "before: 1/120 s"
-VARIANT_BY_TIME_STEP_S = {  # s, to where the slip converges: the variant that has it
+VARIANT_BY_TIME_STEP_S = {  # down to where the slip converges
     **{1.0 / rate: f"1/{rate} s" for rate in (120, 180)},
     TIME_STEP_S: IN_USE,
     **{1.0 / rate: f"1/{rate} s" for rate in (480, 960)},
@@ -19,12 +19,12 @@ _Edit = Callable[[mujoco.MjModel], None]
 
 
 class ModelVariant(NamedTuple):
-    """One model.
+    """Variant of the model.
 
     Attributes:
-        name: Of the variant.
-        description: One line that says what differs from the model in use.
-        edit: Makes it of that model.
+        name: Name of the variant.
+        description: One line on what differs from the model in use.
+        edit: Edits the model in use in place.
     """
 
     name: str

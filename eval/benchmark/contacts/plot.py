@@ -1,4 +1,4 @@
-"""A picture of how feet meet the ground: slip and depth against the engine's time step, and slip by kind of motion."""
+"""Plot of ground contact: slip and depth against the engine's time step, and slip by kind of motion."""
 
 from collections.abc import Mapping, Sequence
 from io import BytesIO
@@ -15,12 +15,12 @@ _STYLE = {"held": ("tab:grey", "root held, no policy"), "policy": ("tab:blue", "
 def draw_contacts(
     steps: Mapping[float, Mapping[str, GroundContact]], kinds: Mapping[str, Mapping[str, GroundContact]], compared: Sequence[str]
 ) -> bytes:
-    """Return the picture as PNG.
+    """Return the plot as PNG.
 
     Args:
-        steps: By the engine's time step [s], what was measured "held" and by "policy".
-        kinds: By model and kind of motion, what was measured by the policy.
-        compared: Models whose kinds are drawn beside each other.
+        steps: Measures "held" and by "policy", by the engine's time step [s].
+        kinds: Measures by the policy, by model and kind of motion.
+        compared: Two models whose kinds are drawn beside each other.
     """
     figure = Figure(figsize=(13, 4.2), layout="constrained")
     FigureCanvasAgg(figure)

@@ -1,4 +1,4 @@
-"""Bare MuJoCo below our envs: a tape of states, controls and resets, and engines that run it again with nothing around them."""
+"""Bare MuJoCo as the limit of our envs: a recorder of states, controls and resets, and engines that replay them with nothing around."""
 
 from collections import defaultdict
 
@@ -13,75 +13,75 @@ _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
 class ControlRecorder(CpuPhysics):
-    """Physics that notes where it began, its controls and its resets, so that bare MuJoCo can go the same way."""
+    """Physics that records its initial state, its controls and its resets, so that bare MuJoCo can replay them."""
 
     def __init__(self, worlds: int, threads: int) -> None:
-        """Build the physics with an empty tape."""
+        """Build the physics with an empty recording."""
         super().__init__(worlds, threads)
         self.restart_recording()
 
     def restart_recording(self) -> None:
-        """Begin a new recording here."""
+        """Begin a new recording in the current state."""
         self.initial_state = self.get_state()
         self.targets: list[np.ndarray] = []
         self.resets: dict[int, list[tuple[np.ndarray, np.ndarray]]] = defaultdict(list)  # by step: worlds and states (n, S)
 
     def reset(self, worlds: np.ndarray, pose: np.ndarray, vel: np.ndarray) -> None:
-        """Reset and note."""
+        """Reset worlds and record it."""
         super().reset(worlds, pose, vel)
         self.resets[len(self.targets)].append((worlds, self._batch.state[worlds]))
 
     def step(self, targets: np.ndarray) -> np.ndarray:
-        """Note and step."""
+        """Record the targets and step."""
         self.targets.append(targets)
         return super().step(targets)
 
 
 class BareBatch:
-    """The native batch alone, on a tape's states and controls: no observation, no reward, no sensors."""
+    """Native batch alone, on recorded states and controls: no observation, no reward, no sensors."""
 
-    def __init__(self, tape: ControlRecorder, worlds: int, threads: int) -> None:
-        """Build as many simulations as the tape has, on as many threads, in the quickest way of the batch: sharing memory."""
-        self._tape, self._batch = tape, Batch(_bare_model(), nsim=worlds, nthread=threads)
+    def __init__(self, recorder: ControlRecorder, worlds: int, threads: int) -> None:
+        """Build as many simulations as were recorded, on as many threads, in the quickest way of the batch: sharing memory."""
+        self._recorder, self._batch = recorder, Batch(_bare_model(), nsim=worlds, nthread=threads)
 
     def prepare(self) -> None:
-        """Go to where the recording began."""
-        self._batch.state[:] = self._tape.initial_state
+        """Restore the initial state of the recording."""
+        self._batch.state[:] = self._recorder.initial_state
 
     def run(self) -> int:
-        """Repeat the recording; return the control steps of all worlds."""
+        """Replay the recording; return the control steps of all worlds."""
         qpos, ctrl = self._batch.bind("qpos"), self._batch.bind("ctrl")
-        for count, targets in enumerate(self._tape.targets):
+        for count, targets in enumerate(self._recorder.targets):
             ctrl[:] = targets
-            self._batch.step(nstep=self._tape.steps)
-            for worlds, states in self._tape.resets[count + 1]:
+            self._batch.step(nstep=self._recorder.steps)
+            for worlds, states in self._recorder.resets[count + 1]:
                 self._batch.state[worlds] = states
-        _check_same_way(qpos, self._tape)
-        return len(self._tape.targets) * len(qpos)
+        _check_same_end(qpos, self._recorder)
+        return len(self._recorder.targets) * len(qpos)
 
 
 class BareStep:
-    """``mujoco.mj_step`` alone, on the states and controls of a tape of one world."""
+    """``mujoco.mj_step`` alone, on the recorded states and controls of one world."""
 
-    def __init__(self, tape: ControlRecorder) -> None:
+    def __init__(self, recorder: ControlRecorder) -> None:
         """Build one simulation."""
-        self._tape, self._model = tape, _bare_model()
+        self._recorder, self._model = recorder, _bare_model()
         self._data = mujoco.MjData(self._model)
 
     def prepare(self) -> None:
-        """Go to where the recording began."""
-        mujoco.mj_setState(self._model, self._data, self._tape.initial_state[0], _STATE)
+        """Restore the initial state of the recording."""
+        mujoco.mj_setState(self._model, self._data, self._recorder.initial_state[0], _STATE)
 
     def run(self) -> int:
-        """Repeat the recording; return the control steps."""
+        """Replay the recording; return the control steps."""
         model, data = self._model, self._data
-        for count, targets in enumerate(self._tape.targets):
+        for count, targets in enumerate(self._recorder.targets):
             data.ctrl[:] = targets[0]
-            mujoco.mj_step(model, data, self._tape.steps)
-            for _, states in self._tape.resets[count + 1]:
+            mujoco.mj_step(model, data, self._recorder.steps)
+            for _, states in self._recorder.resets[count + 1]:
                 mujoco.mj_setState(model, data, states[0], _STATE)
-        _check_same_way(data.qpos[None], self._tape)
-        return len(self._tape.targets)
+        _check_same_end(data.qpos[None], self._recorder)
+        return len(self._recorder.targets)
 
 
 def _bare_model() -> mujoco.MjModel:
@@ -90,7 +90,7 @@ def _bare_model() -> mujoco.MjModel:
     return model
 
 
-def _check_same_way(qpos: np.ndarray, tape: ControlRecorder) -> None:
+def _check_same_end(qpos: np.ndarray, recorder: ControlRecorder) -> None:
     """Raise if bare MuJoCo did not end where the env ended: then the two were not compared on the same work."""
-    if not np.array_equal(qpos, tape.poses()):
+    if not np.array_equal(qpos, recorder.poses()):
         raise RuntimeError("bare MuJoCo did not end in the env's states, so its rate is no limit of the env's")

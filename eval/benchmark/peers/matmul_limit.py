@@ -1,4 +1,4 @@
-"""The matrix products of a PPO update and nothing else: what bounds its speed."""
+"""Matrix products of a PPO update and nothing else: the limit of its speed."""
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise
@@ -22,17 +22,17 @@ class _Layer(NamedTuple):
     inputs: torch.Tensor  # (M, I)
     weights: torch.Tensor  # (O, I)
     gradients: torch.Tensor  # (M, O)
-    first: bool  # nobody asks for the gradients of its inputs
+    first: bool  # whether the gradients of its inputs are not needed
 
 
 class MatrixProducts:
-    """All products of an update of actor and critic, on random matrices of their shapes."""
+    """All matrix products of an update of actor and critic, on random matrices of their shapes."""
 
     def __init__(self, config: PpoConfig, multiply: Callable[[torch.Tensor, torch.Tensor], torch.Tensor] = QUICKEST) -> None:
         """Draw the matrices of a minibatch.
 
         Args:
-            config: Of the run; its observations, network, batch, minibatches and epochs count.
+            config: Run configuration, of which observations, network, batch, minibatches and epochs count.
             multiply: Returns ``a @ b.T`` of (M, K) and (N, K).
         """
         task, learner = config.task, config.learner
@@ -52,7 +52,7 @@ class MatrixProducts:
 
     @torch.inference_mode()
     def run(self) -> float:
-        """Multiply as much as one update does; return its samples."""
+        """Do the products of one update; return its samples."""
         multiply = self._multiply
         for _ in range(self._epochs):
             for begin in range(0, self._samples, self._minibatch):
@@ -65,7 +65,7 @@ class MatrixProducts:
 
 
 def _layers(sizes: Sequence[int], count: int, random: torch.Generator) -> list[_Layer]:
-    """Return the matrices of one perceptron for so many samples."""
+    """Return the matrices of one perceptron for ``count`` samples."""
 
     def draw(*shape: int) -> torch.Tensor:
         return torch.randn(shape, generator=random)

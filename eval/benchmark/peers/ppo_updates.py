@@ -1,4 +1,4 @@
-"""One update of PPO by other libraries, on our rollout and from our weights."""
+"""PPO updates by other libraries, on our rollout and from our weights."""
 
 from typing import Any, NamedTuple
 
@@ -16,13 +16,13 @@ ACTIVATIONS = {"tanh": nn.Tanh, "elu": nn.ELU, "silu": nn.SiLU, "relu": nn.ReLU}
 
 
 class PeerData(NamedTuple):
-    """A rollout as other libraries want it.
+    """Rollout in the form of other libraries.
 
     Attributes:
-        observations: Normalised, before each step and after the last, shape (T + 1, N, O).
-        rewards: Of our size, with the value of what a truncated episode did not see added, shape (T, N).
-        ended: Terminated or truncated, shape (T, N).
-        rollout: Everything else.
+        observations: Normalised observations before each step and after the last, shape (T + 1, N, O).
+        rewards: Rewards in our scale, with the discounted value added where an episode is truncated, shape (T, N).
+        ended: Whether an episode is terminated or truncated, shape (T, N).
+        rollout: Our rollout, for everything else.
     """
 
     observations: torch.Tensor
@@ -32,17 +32,17 @@ class PeerData(NamedTuple):
 
 
 def peer_data(learner: PpoLearner, rollout: Rollout, last_observations: np.ndarray) -> PeerData:
-    """Return a rollout for peers, so that their advantages and targets are ours.
+    """Return a rollout for peers whose advantages and targets equal ours.
 
     Args:
-        learner: Ours; its normaliser and its discount are used.
-        rollout: Of its policy.
-        last_observations: After the last step, shape (N, O).
+        learner: Our learner, for its normaliser and its discount.
+        rollout: Rollout of the learner's policy.
+        last_observations: Observations after the last step, shape (N, O).
     """
     observations = torch.from_numpy(np.concat([rollout.steps.observations, last_observations[None]]))
     gamma = learner.config.gamma
     rewards = (1.0 - gamma) * rollout.steps.rewards if gamma < 1.0 else rollout.steps.rewards.copy()
-    rewards += gamma * rollout.steps.truncated * rollout.next_values  # peers know no other way of going on
+    rewards += gamma * rollout.steps.truncated * rollout.next_values  # peers know no other way to bootstrap truncated episodes
     return PeerData(learner.policy.normaliser(observations), rewards, rollout.steps.ended, rollout)
 
 
@@ -50,7 +50,7 @@ class Sb3Learner:
     """``PPO`` of Stable-Baselines3."""
 
     def __init__(self, config: PpoConfig, learner: PpoLearner, data: PeerData) -> None:
-        """Build it with the same settings and the weights of our learner."""
+        """Build the learner with the same settings and the weights of ours."""
         from stable_baselines3 import PPO
         from stable_baselines3.common.logger import Logger
         from stable_baselines3.common.vec_env import DummyVecEnv
@@ -78,15 +78,15 @@ class Sb3Learner:
         )
         self.model.set_logger(Logger(None, []))
         policy = self.model.policy
-        policy.log_std.requires_grad_(False)  # as ours, which nobody learns
+        policy.log_std.requires_grad_(False)  # as ours, which is not learnt
         extractor = policy.mlp_extractor
         self.actor = nn.Sequential(*extractor.policy_net, policy.action_net)
         self.critic = nn.Sequential(*extractor.value_net, policy.value_net)
-        self._begin = _Begin(learner, self.actor, self.critic, policy.optimizer)
+        self._initial = _InitialWeights(learner, self.actor, self.critic, policy.optimizer)
 
     def prepare(self) -> None:
-        """Go back to our weights, and fill the buffer as its ``collect_rollouts`` would."""
-        self._begin.restore()
+        """Restore our weights, and fill the buffer as the peer's ``collect_rollouts`` would."""
+        self._initial.restore()
         data, buffer = self._data, self.model.rollout_buffer
         buffer.reset()
         started = np.concat([np.zeros_like(data.ended[:1]), data.ended[:-1]])
@@ -106,7 +106,7 @@ class RslLearner:
     """``PPO`` of rsl_rl."""
 
     def __init__(self, config: PpoConfig, learner: PpoLearner, data: PeerData) -> None:
-        """Build it with the same settings and the weights of our learner."""
+        """Build the learner with the same settings and the weights of ours."""
         from rsl_rl.algorithms import PPO
         from rsl_rl.models import MLPModel
         from rsl_rl.storage import RolloutStorage
@@ -137,11 +137,11 @@ class RslLearner:
         )
         self.model.optimizer.param_groups[0]["eps"] = 1e-5  # as ours and Stable-Baselines3's
         self.actor, self.critic = self.model.actor.mlp, self.model.critic.mlp
-        self._begin = _Begin(learner, self.actor, self.critic, self.model.optimizer)
+        self._initial = _InitialWeights(learner, self.actor, self.critic, self.model.optimizer)
 
     def prepare(self) -> None:
-        """Go back to our weights, and fill the storage as its ``process_env_step`` would."""
-        self._begin.restore()
+        """Restore our weights, and fill the storage as the peer's ``process_env_step`` would."""
+        self._initial.restore()
         data, storage = self._data, self.model.storage
         steps = data.rollout.steps
         storage.clear()
@@ -164,8 +164,8 @@ class RslLearner:
         return float(self._data.rewards.size)
 
 
-class _Begin:
-    """Where every update begins: our weights, and an optimiser that has seen nothing."""
+class _InitialWeights:
+    """Initial state of every update: our weights, and an optimiser without moments."""
 
     def __init__(self, learner: PpoLearner, actor: nn.Module, critic: nn.Module, optimiser: torch.optim.Optimizer) -> None:
         ours = learner.policy
@@ -173,7 +173,7 @@ class _Begin:
         self._optimiser, self._fresh = optimiser, optimiser.state_dict()
 
     def restore(self) -> None:
-        """Go back there."""
+        """Restore weights and optimiser."""
         for network, weights in self._pairs:
             network.load_state_dict(weights)
         self._optimiser.load_state_dict(self._fresh)
@@ -184,7 +184,7 @@ def _weights(network: nn.Module) -> dict[str, torch.Tensor]:
 
 
 class _Spaces(gymnasium.Env):
-    """An env that nobody steps."""
+    """Env with spaces alone, never stepped."""
 
     def __init__(self, observation_size: int, action_size: int) -> None:
         self.observation_space = spaces.Box(-np.inf, np.inf, (observation_size,), np.float32)

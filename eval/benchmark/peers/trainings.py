@@ -1,4 +1,4 @@
-"""Trainings that are compared, each an iteration at a time: ours, Stable-Baselines3's PPO, and the least that any of them has to do."""
+"""Trainings to compare, an iteration at a time: ours, Stable-Baselines3's PPO, and the least work that any of them has to do."""
 
 import math
 from collections.abc import Iterator
@@ -19,17 +19,16 @@ from trainers.collectors.local_pool import RolloutPool
 from trainers.distributed.remote_learner import Learner
 from trainers.evaluation.protocol import PolicyFn, evaluate_rollouts, evaluation_rollouts
 from trainers.ppo.workers import build_workers
-
-THREADS = 2
+from trainers.runs.device import available_cores
 
 
 @dataclass(frozen=True)
 class TrainingTask:
-    """What is trained.
+    """Task of a training.
 
     Attributes:
-        config: Task, network, and all settings of PPO.
-        library: Clips.
+        config: Run configuration: task, network, and all settings of PPO.
+        library: Training clips.
     """
 
     config: PpoConfig
@@ -43,12 +42,12 @@ class TrainingTask:
 
     @property
     def weights(self) -> np.ndarray:
-        """How often each clip is drawn, shape (clips,)."""
+        """Sampling weights of the clips, shape (clips,)."""
         return np.full(len(self.library.clips), 1.0 / len(self.library.clips))
 
 
 class TimedTraining(Protocol):
-    """What can be timed."""
+    """Training, or part of one, that can be timed."""
 
     def iterate(self) -> int:
         """Collect a batch and learn from it; return its samples."""
@@ -56,7 +55,7 @@ class TimedTraining(Protocol):
 
 
 class Training(TimedTraining, Protocol):
-    """What learns."""
+    """Training with a policy."""
 
     task: TrainingTask
 
@@ -66,7 +65,7 @@ class Training(TimedTraining, Protocol):
 
 
 def iterate(one: TimedTraining) -> int:
-    """Let it collect and learn once; return its samples."""
+    """Run one iteration of a training; return its samples."""
     return one.iterate()
 
 
@@ -76,8 +75,8 @@ def training_length_ratio(training: Training) -> float:
 
 
 def policy_length_ratio(act: PolicyFn, task: TrainingTask) -> float:
-    """Return the episode-length ratio of a policy."""
-    found = evaluate_rollouts(act, task.library, task.config.task, evaluation_rollouts(task.library)[0], THREADS)
+    """Return the episode-length ratio of a policy, over the starts of the evaluation protocol."""
+    found = evaluate_rollouts(act, task.library, task.config.task, evaluation_rollouts(task.library)[0], available_cores())
     return float(found["episode_length_ratio"].mean())
 
 
@@ -85,7 +84,7 @@ class OurTraining:
     """This project's trainer."""
 
     def __init__(self, task: TrainingTask, learner: Learner, pool: RolloutPool) -> None:
-        """Put learner and collectors together."""
+        """Combine a learner and collectors."""
         self.task, self._learner, self._pool = task, learner, pool
 
     def iterate(self) -> int:
@@ -101,25 +100,25 @@ class OurTraining:
 
 @contextmanager
 def our_training(task: TrainingTask) -> Iterator[OurTraining]:
-    """Build our training, with the collectors that its config asks for."""
+    """Build our training, with the collectors of its config."""
     with build_workers(task.config, task.library, task.weights) as (learner, pool):
         yield OurTraining(task, learner, pool)
 
 
 @dataclass(frozen=True)
 class PeerEnvs:
-    """How Stable-Baselines3 runs its envs.
+    """Vector env of Stable-Baselines3.
 
     Attributes:
-        kind: Name of its class of vector env.
-        count: How many envs.
+        kind: Name of the class of vector env.
+        count: Number of envs.
     """
 
     kind: str
     count: int
 
     def __str__(self) -> str:
-        """Return both."""
+        """Return kind and count."""
         return f"{self.kind} {self.count}"
 
 
@@ -127,7 +126,7 @@ class PeerTraining:
     """PPO of Stable-Baselines3 on our single env."""
 
     def __init__(self, task: TrainingTask, model: Any) -> None:
-        """Take a model whose envs are in a ``VecNormalize``."""
+        """Hold a model whose envs are in a ``VecNormalize``."""
         self.task, self._model = task, model
 
     def iterate(self) -> int:
@@ -143,7 +142,7 @@ class PeerTraining:
 
 @contextmanager
 def peer_training(task: TrainingTask, envs: PeerEnvs) -> Iterator[PeerTraining]:
-    """Build PPO of Stable-Baselines3 as its users do, with our settings; what we have no word for stays at its default."""
+    """Build PPO of Stable-Baselines3 as its users do, with our settings; settings that we do not have stay at their defaults."""
     from stable_baselines3 import PPO
     from stable_baselines3.common import vec_env
     from stable_baselines3.common.env_util import make_vec_env
@@ -172,19 +171,19 @@ def peer_training(task: TrainingTask, envs: PeerEnvs) -> Iterator[PeerTraining]:
 
 
 class BareTraining:
-    """The least there is to do: MuJoCo stepping through a rollout that was collected before, and the matrix products of its update."""
+    """Least work of a training: MuJoCo stepping through a rollout that was collected before, and the matrix products of its update."""
 
     def __init__(self, task: TrainingTask) -> None:
         """Collect the rollout."""
         config = task.config
         collector = CpuCollector(config, 0, 0, task.library.clips, task.library.arrays(), task.library.fps, task.weights)
-        state, tape = collector.get_state(), ControlRecorder(config.collect.envs, config.collect.threads)
-        collector.env.physics = tape
+        state, recorder = collector.get_state(), ControlRecorder(config.collect.envs, config.collect.threads)
+        collector.env.physics = recorder
         collector.set_state(state)
-        tape.restart_recording()
+        recorder.restart_recording()
         learner = PpoLearner(config)
         collector.collect(learner.weights(), config.learner.action_std, 0.0)
-        self._bare, self._products = BareBatch(tape, config.collect.envs, config.collect.threads), MatrixProducts(config)
+        self._bare, self._products = BareBatch(recorder, config.collect.envs, config.collect.threads), MatrixProducts(config)
 
     def iterate(self) -> int:
         """Step and multiply; return the samples."""
@@ -195,5 +194,5 @@ class BareTraining:
 
 @contextmanager
 def bare_training(task: TrainingTask) -> Iterator[BareTraining]:
-    """Build the least there is to do."""
+    """Build the least work of a training."""
     yield BareTraining(task)

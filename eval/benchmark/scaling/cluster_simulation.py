@@ -1,6 +1,6 @@
-"""Simulates trainings on a Ray cluster, event by event: costs go in, who waited for whom and how long comes out.
+"""Event-based simulation of trainings on a Ray cluster: from the costs of their parts to rates, bottlenecks and idle times.
 
-What ``trainers.ppo`` does on a cluster: the driver waits for rollouts, takes them over, has them sent to the learner's node, waits for the
+Model of ``trainers.ppo`` on a cluster: the driver waits for rollouts, takes them over, has them sent to the learner's node, waits for the
 update and calls the actors anew. Overlapped it calls them before the update, so that they collect meanwhile with the weights
 before it. A rollout that is late is not waited for, but taken when it comes; the actors of a lost node begin theirs again elsewhere.
 """
@@ -10,27 +10,27 @@ from dataclasses import dataclass, field
 import numpy as np
 
 ACTORS, LEARNER, NETWORK, DRIVER, STRAGGLERS, CHECKPOINTS = "actors", "learner", "network", "driver", "stragglers", "checkpoints"
-RESOURCES = (ACTORS, LEARNER, NETWORK, DRIVER, STRAGGLERS, CHECKPOINTS)  # what the driver spends its time on, or waits for
+RESOURCES = (ACTORS, LEARNER, NETWORK, DRIVER, STRAGGLERS, CHECKPOINTS)  # that the driver spends its time on, or waits for
 
 
 @dataclass(frozen=True)
 class Costs:
-    """What the parts of a training take.
+    """Costs of the parts of a training.
 
     Attributes:
-        step_seconds: Of a control step of an actor, however few its worlds.
-        world_seconds: Of each of its worlds on top.
-        learner_rate: Samples that a second of updating takes in, all passes over them included [1/s].
-        spread: Standard deviation of the logarithm of how long a rollout takes, from one to the next.
-        submit_seconds: Of the driver, for calling an actor.
-        gather_seconds: Of the driver, for taking a rollout over.
-        crowd_seconds: On top, for each other rollout that is awaited at that time.
-        sample_bytes: Of a sample in a rollout.
-        weight_bytes: Of the policy.
-        store_rate: At which an actor puts its rollout into the object store, and the learner the weights [bytes/s].
-        learner_bytes: Of the learner's state in a checkpoint.
-        world_bytes: Of each world's.
-        write_rate: Of checkpoints [bytes/s].
+        step_seconds: Time of an actor's control step, however few its worlds [s].
+        world_seconds: Additional time for each world [s].
+        learner_rate: Samples that an update takes in, all passes over them included [1/s].
+        spread: Standard deviation of the logarithm of a rollout's duration, from one to the next.
+        submit_seconds: Time of the driver for calling an actor [s].
+        gather_seconds: Time of the driver for taking a rollout over [s].
+        crowd_seconds: Additional time for each other rollout that is awaited at that time [s].
+        sample_bytes: Size of a sample in a rollout.
+        weight_bytes: Size of the policy's weights.
+        store_rate: Rate at which an actor puts its rollout into the object store, and the learner the weights [bytes/s].
+        learner_bytes: Size of the learner's state in a checkpoint.
+        world_bytes: Size of each world's state in a checkpoint.
+        write_rate: Rate of writing checkpoints [bytes/s].
     """
 
     step_seconds: float
@@ -50,17 +50,17 @@ class Costs:
 
 @dataclass(frozen=True)
 class Cluster:
-    """What is assumed of a cluster.
+    """Assumptions on a cluster.
 
     Attributes:
-        cores_per_node: For actors; there is no network as long as one node holds them all.
-        bandwidth: Of a node's network card, each way [bytes/s].
+        cores_per_node: Cores of a node for actors; there is no network as long as one node holds them all.
+        bandwidth: Bandwidth of a node's network card, each way [bytes/s].
         node_mtbf: Mean time between failures of a node [s].
-        restart: Until a lost node's actors begin anew elsewhere [s].
-        straggler_share: Of the rollouts that take ``straggler_times`` as long as the others.
-        straggler_times: How many times as long.
-        patience: Nobody waits for a rollout that takes this many times the usual time.
-        patience_seconds: Or so long, whichever is longer [s].
+        restart: Time until a lost node's actors begin anew elsewhere [s].
+        straggler_share: Share of rollouts that take ``straggler_times`` as long as the others.
+        straggler_times: Duration of a straggler's rollout over the usual one.
+        patience: Longest wait for a rollout, in usual durations.
+        patience_seconds: Longest wait if that is longer [s].
         checkpoint_every: Iterations between checkpoints.
     """
 
@@ -77,12 +77,12 @@ class Cluster:
 
 @dataclass(frozen=True)
 class Job:
-    """How a training uses a cluster.
+    """Use of a cluster by a training.
 
     Attributes:
-        actors: That collect.
-        threads: Cores of each.
-        worlds: Of each.
+        actors: Number of actors that collect.
+        threads: Cores of each actor.
+        worlds: Worlds of each actor.
         horizon: Control steps of each world in a rollout.
         overlapped: Whether actors collect while the policy is updated.
     """
@@ -96,13 +96,13 @@ class Job:
 
 @dataclass(frozen=True)
 class SimulationOutcome:
-    """What a simulated training did.
+    """Outcome of a simulated training.
 
     Attributes:
-        samples_per_second: Learnt from.
-        batch: Samples of an iteration, mean.
-        seconds: Of an iteration, mean.
-        shares: Of the time, by what the driver did or waited for; they sum to 1.
+        samples_per_second: Rate of samples that were learnt from [1/s].
+        batch: Mean samples of an iteration.
+        seconds: Mean duration of an iteration [s].
+        shares: Shares of the time by what the driver did or waited for; they sum to 1.
         actors_idle: Share of the actors' time that went into no rollout that arrived.
     """
 
@@ -119,14 +119,14 @@ class SimulationOutcome:
 
     @property
     def bottleneck(self) -> str:
-        """What most of the time goes to."""
+        """Resource with the largest share of the time."""
         return max(self.shares, key=lambda name: self.shares[name])
 
 
 def simulate(
     costs: Costs, cluster: Cluster, job: Job, random: np.random.Generator, iterations: int = 50, warm_up: int = 5
 ) -> SimulationOutcome:
-    """Return what a training does in ``iterations`` after the first ``warm_up``."""
+    """Return the outcome of a training over ``iterations`` after the first ``warm_up``."""
     training = _Training(costs, cluster, job, random)
     training.call(np.arange(job.actors))
     for iteration in range(warm_up + iterations):
@@ -151,11 +151,11 @@ def simulate(
 
 
 def fifo_completion_times(ready: np.ndarray, seconds: float) -> np.ndarray:
-    """Return when each of some things is done where they are served one at a time, first come, first served.
+    """Return the completion times (jobs,) [s] of jobs that are served one at a time, first come, first served.
 
     Args:
-        ready: When each comes, ascending, shape (things,) [s].
-        seconds: That each takes.
+        ready: Arrival times, ascending, shape (jobs,) [s].
+        seconds: Service time of each job [s].
     """
     before = seconds * np.arange(len(ready))
     return np.maximum.accumulate(ready - before) + before + seconds
@@ -170,13 +170,13 @@ class _Books:
 
 
 class _Training:
-    """The state of a simulated training: the driver's clock, and when each actor's rollout is ready."""
+    """State of a simulated training: the driver's clock, and when each actor's rollout is ready."""
 
     def __init__(self, costs: Costs, cluster: Cluster, job: Job, random: np.random.Generator) -> None:
         self.costs, self.cluster, self.job, self.random = costs, cluster, job, random
         self.node = np.arange(job.actors) // max(cluster.cores_per_node // job.threads, 1)
         nodes = int(self.node[-1]) + 1
-        self.fails = random.exponential(cluster.node_mtbf, nodes)  # when each node does next
+        self.fails = random.exponential(cluster.node_mtbf, nodes)  # time of each node's next failure
         self.second_of_byte = 1.0 / cluster.bandwidth if nodes > 1 else 0.0
         self.samples = job.worlds * job.horizon  # of a rollout
         self.collect_seconds = job.horizon * (costs.step_seconds + job.worlds * costs.world_seconds)
@@ -184,11 +184,11 @@ class _Training:
         self.usual = self.collect_seconds + self.store_seconds
         self.asked, self.took, self.ready = np.zeros((3, job.actors))
         self.now = 0.0
-        self.typical = (0.0, 0.0)  # when the last that was called would be ready without noise: had weights no way, and as they have one
+        self.typical = (0.0, 0.0)  # when the actor called last would be ready without noise: without and with the transfer of weights
         self.books = _Books(0.0)
 
     def call(self, actors: np.ndarray) -> None:
-        """Have actors collect with the newest weights there are."""
+        """Start the actors' next rollouts with the newest weights."""
         asked = self.now + self.costs.submit_seconds * np.arange(1, len(actors) + 1)
         _, first, node = np.unique(self.node[actors], return_index=True, return_inverse=True)
         sent = fifo_completion_times(asked[first], self.costs.weight_bytes * self.second_of_byte)  # the weights, once to each node
@@ -200,7 +200,7 @@ class _Training:
         self._fail(actors)
 
     def gather(self) -> np.ndarray:
-        """Wait while there is somebody worth waiting for, and take over what has come; return whose rollouts."""
+        """Wait for all rollouts that are not late, and take over those that have arrived; return their actors."""
         patience = max(self.cluster.patience * self.usual, self.cluster.patience_seconds)
         end = max(float(np.minimum(self.ready, self.asked + patience).max()), float(self.ready.min()), self.now)
         arrived = np.flatnonzero(self.ready <= end)
@@ -215,13 +215,13 @@ class _Training:
         return arrived
 
     def update(self, rollouts: int) -> None:
-        """Have rollouts sent to the learner and wait for what it learns."""
+        """Send rollouts to the learner and wait for its update."""
         samples = rollouts * self.samples
         self._spend(NETWORK, samples * self.costs.sample_bytes * self.second_of_byte)
         self._spend(LEARNER, samples / self.costs.learner_rate + self.costs.weight_bytes / self.costs.store_rate)
 
     def save(self) -> None:
-        """Ask every actor for its state, which it tells between rollouts, and write all with the learner's."""
+        """Collect the actors' states, which they give between rollouts, and write them with the learner's."""
         if self.job.overlapped:
             self._spend(CHECKPOINTS, max(float(self.ready.max()) - self.now, 0.0))
         states = self.costs.world_bytes * self.job.worlds * self.job.actors
@@ -238,7 +238,7 @@ class _Training:
         return self.collect_seconds * noise * np.where(late, self.cluster.straggler_times, 1.0) + self.store_seconds
 
     def _fail(self, actors: np.ndarray) -> None:
-        """Begin the rollouts anew of actors whose node fails before they are ready."""
+        """Restart the rollouts of actors whose node fails before they are ready."""
         node = self.node[actors]
         hit = self.fails[node] < self.ready[actors]
         anew = self.fails[node] + self.cluster.restart + self.took[actors]

@@ -1,9 +1,10 @@
-"""The parts of a training, each timed for itself, and what they say of the costs of a training on a cluster."""
+"""Parts of a training, each timed by itself, and the costs of a training on a cluster that follow from them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import cycle
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import torch
@@ -23,30 +24,35 @@ from trainers.runs.checkpoint import save_checkpoint
 
 ONE_CORE, ACTOR, FEW_WORLDS, LEARNER, ITERATION = "one core", "an actor", "an actor, few worlds", "learner", "2 cores, measured"
 SUBMIT, STORE, CHECKPOINT = "submit", "store", "checkpoint"
-NUM_FEW_WORLDS = 16  # worlds of the actor that shows what a control step costs, however few its worlds
-POOL_SIZES = (64, 1024)  # collectors without work in the pool that shows what the driver's work is for each
+NUM_FEW_WORLDS = 16  # of the actor that shows the cost of a control step, however few its worlds
+POOL_SIZES = (64, 1024)  # collectors without work in the pools that show the driver's work for each
 NUM_NOOP_ACTORS = 4  # processes that stand for all of them
-NOOP_ROLLOUT_S = 1e4  # s, that a rollout takes by their word: so nobody finds any of them late
+NOOP_ROLLOUT_S = 1e4  # reported duration of their rollouts, so long that none is ever late
 
 
-class SharedActorCluster(RayCluster):
-    """A cluster on which few processes stand for many actors."""
+class SharedActorCluster:
+    """Stands in for a ``RayCluster`` in a pool: has all that a pool asks of one, and a few actors that stand for many."""
 
-    def __init__(self, ray: Any, idlers: Sequence[Any]) -> None:
-        """Take Ray and its handles of the processes."""
-        self.ray, self.shared_library, self._idlers, self._given = ray, ((), None, 0.0, np.zeros(0)), idlers, 0
+    def __init__(self, cluster: RayCluster, actors: Sequence[Any]) -> None:
+        """Share actors.
 
-    def actor(self, of: type[Any], threads: int, *arguments: object, gpus: int = 0) -> Any:
-        """Return the next process."""
-        self._given += 1
-        return self._idlers[self._given % len(self._idlers)]
+        Args:
+            cluster: Cluster of the actors.
+            actors: Ray's handles of the actors, handed out in turns.
+        """
+        self.ray, self.num_cores, self.shared_library = cluster.ray, cluster.num_cores, ()
+        self._actors = cycle(actors)
+
+    def start_actor(self, *_: object) -> Any:
+        """Return the next actor; arguments are those of ``RayCluster.start_actor``."""
+        return next(self._actors)
 
 
 class MeasuredParts:
-    """A training in parts."""
+    """Parts of a training, ready to be timed."""
 
     def __init__(self, config: PpoConfig, library: MotionLibrary, cluster: RayCluster, folder: Path) -> None:
-        """Build all of them; checkpoints go to ``folder``."""
+        """Build the parts; checkpoints go to ``folder``."""
         clip_weights = np.ones(len(library.clips))
         collect = config.collect
 
@@ -54,7 +60,7 @@ class MeasuredParts:
             changed = replace(config, collect=replace(collect, **changes))
             return CpuCollector(changed, 0, 0, library.clips, library.arrays(), library.fps, clip_weights)
 
-        self._config, self._folder, self._ray = config, folder, cluster.ray
+        self._config, self._folder, self._cluster, self._ray = config, folder, cluster, cluster.ray
         self._learner = PpoLearner(config)
         self._weights, self._sigma = self._learner.weights(), config.learner.action_std
         self._one, self._two = actor(threads=1, horizon=max(collect.horizon // 4, 1)), actor()
@@ -64,11 +70,11 @@ class MeasuredParts:
         arguments = (self._rollout, self._rollout.report(NOOP_ROLLOUT_S))
         self._noop_actors = [cluster.ray.remote(num_cpus=0)(NoopCollector).remote(*arguments) for _ in range(NUM_NOOP_ACTORS)]
         self._crowds = [self._crowd(size) for size in POOL_SIZES]
-        self._learn()  # with the first update the optimiser's moments come into the checkpoint
+        self._learn()  # the first update adds the optimiser's moments to the checkpoint
         self._tree = {"learner": self._learner.get_state(), "actors": self._pool.get_state()}
 
     def cases(self) -> list[BenchmarkCase]:
-        """Return what is timed."""
+        """Return the benchmark cases."""
         one, two = (lambda: torch.set_num_threads(1)), (lambda: torch.set_num_threads(THREADS_PER_ACTOR))
         collects = (self._weights, self._sigma, 0.0)
         return [
@@ -84,7 +90,7 @@ class MeasuredParts:
         ]
 
     def sizes(self) -> dict[str, float]:
-        """Return the sizes in ``Costs``."""
+        """Return the sizes of ``Costs`` by name."""
         worlds = self._config.collect.actors * self._config.collect.envs
         learner = self._write({**self._tree, "actors": {}})
         return {
@@ -96,7 +102,7 @@ class MeasuredParts:
 
     def _crowd(self, size: int) -> RayPool:
         many = replace(self._config, collect=replace(self._config.collect, actors=size))
-        return RayPool(many, SharedActorCluster(self._ray, self._noop_actors))
+        return RayPool(many, cast(RayCluster, SharedActorCluster(self._cluster, self._noop_actors)))
 
     def _learn(self) -> int:
         self._learner.update([self._rollout], 0.0)
@@ -119,8 +125,8 @@ class MeasuredParts:
         return _bytes(self._ray.get(self._noop_actors[0].give.remote()))
 
     def _rest(self) -> None:
-        """Wait until nobody has anything to do."""
-        self._ray.get([idler.is_ready.remote() for idler in self._noop_actors])
+        """Wait until all actors are idle."""
+        self._ray.get([actor.is_ready.remote() for actor in self._noop_actors])
 
     def _save(self) -> float:
         return self._write(self._tree)
@@ -130,17 +136,17 @@ class MeasuredParts:
 
 
 def pool_case_name(size: int) -> str:
-    """Return the name of the contender that asks so many collectors."""
+    """Return the name of the case that calls ``size`` collectors."""
     return f"{size} calls"
 
 
 def derive_costs(rates: dict[str, float], worlds: int, sizes: dict[str, float]) -> Costs:
-    """Return what the parts of a training take.
+    """Return the costs of the parts of a training.
 
     Args:
-        rates: Of each contender, by name, in its own unit a second.
-        worlds: Of an actor.
-        sizes: See ``Parts.sizes``.
+        rates: Rates of the cases by name, each in its own unit per second.
+        worlds: Worlds of an actor.
+        sizes: Sizes by name; see ``MeasuredParts.sizes``.
     """
     few = min(NUM_FEW_WORLDS, worlds)
     step, short = worlds / rates[ACTOR], few / rates[FEW_WORLDS]

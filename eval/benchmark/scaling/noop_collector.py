@@ -1,23 +1,23 @@
-"""A collector without work, in a file of its own: its processes should not have to import what they do not need."""
+"""Collector without work, in a file of its own, so that its processes import nothing else."""
 
 from trainers.algorithms.rollout import Rollout, RolloutReport
 
 
 class NoopCollector:
-    """Collects nothing, and says so at once: what calling it takes is the driver's and Ray's work alone."""
+    """Answers at once without collecting: calling it costs the driver's and Ray's work alone."""
 
     def __init__(self, rollout: Rollout, report: RolloutReport) -> None:
-        """Take what it hands out."""
+        """Hold the rollout and the report to return."""
         self._rollout, self._report = rollout, report
 
     def is_ready(self) -> bool:
-        """Tell that it is there."""
+        """Return whether the collector has started."""
         return True
 
     def collect_and_report(self, *_: object) -> tuple[None, RolloutReport]:
-        """Return nothing, and the report of something."""
+        """Return no rollout, and the report."""
         return None, self._report
 
     def give(self) -> Rollout:
-        """Return a rollout, through the object store."""
+        """Return the rollout, through the object store."""
         return self._rollout

@@ -1,4 +1,4 @@
-"""From how many cores on a training on a cluster gains little from more of them, and what holds it: simulated sizes, side by side."""
+"""Sweep over simulated sizes of a cluster: from how many cores on a training gains little from more of them, and its bottleneck there."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
@@ -9,28 +9,28 @@ import numpy as np
 from eval.benchmark.scaling.cluster_simulation import Cluster, Costs, Job, SimulationOutcome, simulate
 
 CORE_COUNTS = (*(2**power for power in range(1, 14)), 10_000)
-THREADS_PER_ACTOR = 2  # of an actor, as in configs/mixed.yaml
+THREADS_PER_ACTOR = 2  # as in configs/mixed.yaml
 WORLDS_PER_ACTOR, HORIZON = 256, 32  # of an actor, as in configs/mixed.yaml
-CRITICAL_BATCH_SAMPLES = 65_536  # samples of an iteration in the thesis (Table 4.3); here twice as many cost a third of each sample's worth
+CRITICAL_BATCH_SAMPLES = 65_536  # of an iteration in the thesis (Table 4.3); here twice as many cost a third of each sample's worth
 MIN_HORIZON = 16  # steps of a rollout in the thesis; shorter ones bootstrap nearly every sample from the value
-GROWING, FIXED = "growing", "fixed"  # batches
+GROWING, FIXED = "growing", "fixed"  # ways to scale the batch
 BATCH_SCALINGS = {
     GROWING: f"each actor brings {WORLDS_PER_ACTOR} worlds x {HORIZON} steps, however many there are",
     FIXED: f"{CRITICAL_BATCH_SAMPLES:,} samples shared among the actors: shorter rollouts first, to {MIN_HORIZON} steps, then fewer worlds",
 }
-MIN_DOUBLING_SPEEDUP = 1.2  # times the speed that twice the cores should bring
+MIN_DOUBLING_SPEEDUP = 1.2  # that twice the cores should bring
 SEED = 0
 
 
 @dataclass(frozen=True)
 class LearnerMachine:
-    """A machine that updates the policy.
+    """Machine that updates the policy.
 
     Attributes:
-        name: Short.
-        why: Where its rate comes from.
-        times: How many times as quick as the measured one.
-        rate: Instead, samples a second if not 0.
+        name: Short name.
+        why: Source of its rate.
+        times: Rate over that of the measured learner.
+        rate: Rate that replaces ``times`` if not 0 [samples/s].
     """
 
     name: str
@@ -39,7 +39,7 @@ class LearnerMachine:
     rate: float = 0.0
 
     def samples_per_second(self, measured: float) -> float:
-        """Return its rate, all passes over a sample included, where the measured learner has the given one."""
+        """Return the rate [samples/s], all passes over a sample included, given that of the measured learner."""
         return self.rate or self.times * measured
 
 
@@ -53,7 +53,7 @@ LEARNERS = (
 
 @dataclass(frozen=True)
 class Row:
-    """A training on so many cores, simulated in both ways."""
+    """Simulated training on ``cores`` cores, synchronous and overlapped."""
 
     batch_scaling: str
     learner: LearnerMachine
@@ -63,12 +63,12 @@ class Row:
 
     @property
     def useful_samples_per_second(self) -> float:
-        """Overlapped samples per second, by their worth."""
+        """Overlapped samples per second, weighted by sample efficiency."""
         return self.overlapped.samples_per_second * sample_efficiency(self.overlapped.batch)
 
 
 def sample_efficiency(batch: float) -> float:
-    """Return how much of a step's progress a sample buys in a batch, against one in a tiny batch.
+    """Return the worth of a sample in a batch, relative to one in a tiny batch.
 
     A training that needs E samples in tiny batches needs E (1 + B/B_crit) in batches of B (McCandlish et al. 2018, eq. 2.11).
 
@@ -78,10 +78,10 @@ def sample_efficiency(batch: float) -> float:
     return 1.0 / (1.0 + batch / CRITICAL_BATCH_SAMPLES)
 
 
-def make_job(reading: str, cores: int, overlapped: bool) -> Job:
-    """Return how a training uses so many cores."""
+def make_job(batch_scaling: str, cores: int, overlapped: bool) -> Job:
+    """Return the job of a training on ``cores`` cores."""
     actors = max(cores // THREADS_PER_ACTOR, 1)
-    if reading == GROWING:
+    if batch_scaling == GROWING:
         return Job(actors, THREADS_PER_ACTOR, WORLDS_PER_ACTOR, HORIZON, overlapped)
     share = -(-CRITICAL_BATCH_SAMPLES // actors)
     horizon = max(-(-share // WORLDS_PER_ACTOR), MIN_HORIZON)
@@ -89,39 +89,39 @@ def make_job(reading: str, cores: int, overlapped: bool) -> Job:
 
 
 def simulate_training(
-    reading: str, learner: LearnerMachine, cores: int, overlapped: bool, costs: Costs, cluster: Cluster
+    batch_scaling: str, learner: LearnerMachine, cores: int, overlapped: bool, costs: Costs, cluster: Cluster
 ) -> SimulationOutcome:
     """Return the outcome of one simulated training."""
     served = replace(costs, learner_rate=learner.samples_per_second(costs.learner_rate))
-    return simulate(served, cluster, make_job(reading, cores, overlapped), np.random.default_rng(SEED))
+    return simulate(served, cluster, make_job(batch_scaling, cores, overlapped), np.random.default_rng(SEED))
 
 
 def simulate_sweep(costs: Costs, cluster: Cluster) -> list[Row]:
-    """Return every reading, learner and size, in this order."""
+    """Return the rows of every scaling of the batch, learner and size, in this order."""
     return [
         Row(
-            reading,
+            batch_scaling,
             learner,
             cores,
-            *(simulate_training(reading, learner, cores, overlapped, costs, cluster) for overlapped in (False, True)),
+            *(simulate_training(batch_scaling, learner, cores, overlapped, costs, cluster) for overlapped in (False, True)),
         )
-        for reading in BATCH_SCALINGS
+        for batch_scaling in BATCH_SCALINGS
         for learner in LEARNERS
         for cores in CORE_COUNTS
     ]
 
 
-def select_rows(rows: Sequence[Row], reading: str, learner: LearnerMachine) -> list[Row]:
-    """Return the sizes of a reading and a learner, smallest first."""
-    return [row for row in rows if row.batch_scaling == reading and row.learner == learner]
+def select_rows(rows: Sequence[Row], batch_scaling: str, learner: LearnerMachine) -> list[Row]:
+    """Return the rows of a scaling of the batch and a learner, smallest first."""
+    return [row for row in rows if row.batch_scaling == batch_scaling and row.learner == learner]
 
 
 def find_limit_index(rows: Sequence[Row], rates: Sequence[float]) -> int:
     """Return the index of the first size at which twice the cores bring less than ``MIN_DOUBLING_SPEEDUP``, or of the last.
 
     Args:
-        rows: Of one reading and learner, smallest first.
-        rates: Of each; a step that is no doubling is judged by what it would bring if it were one.
+        rows: Rows of one scaling of the batch and learner, smallest first.
+        rates: Rate of each row; a step that is no doubling is judged by what it would bring if it were one.
     """
     doublings = np.diff(np.log2([row.cores for row in rows]))
     gains = (np.array(rates[1:]) / np.array(rates[:-1])) ** (1.0 / doublings)
@@ -129,24 +129,24 @@ def find_limit_index(rows: Sequence[Row], rates: Sequence[float]) -> int:
 
 
 def find_scaling_limit(rows: Sequence[Row]) -> tuple[Row, str]:
-    """Return where scaling stops paying by samples per second, overlapped, and what most of the next size's time goes to."""
+    """Return the row where scaling stops paying by overlapped samples per second, and the bottleneck of the next size."""
     index = find_limit_index(rows, [row.overlapped.samples_per_second for row in rows])
     return rows[index], rows[index + 1].overlapped.bottleneck if index + 1 < len(rows) else "nothing yet"
 
 
 def find_useful_scaling_limit(rows: Sequence[Row]) -> Row:
-    """Return where it stops paying by useful samples per second."""
+    """Return the row where scaling stops paying by useful samples per second."""
     return rows[find_limit_index(rows, [row.useful_samples_per_second for row in rows])]
 
 
 def sweep_summary(rows: Sequence[Row], core_rate: float) -> dict[str, Any]:
-    """Return everything as JSON values; ``core_rate`` is what one core collects [samples/s]."""
-    found: dict[str, Any] = {reading: {} for reading in BATCH_SCALINGS}
-    for reading in BATCH_SCALINGS:
+    """Return all rows as JSON values; ``core_rate`` is the rate at which one core collects [samples/s]."""
+    found: dict[str, Any] = {batch_scaling: {} for batch_scaling in BATCH_SCALINGS}
+    for batch_scaling in BATCH_SCALINGS:
         for learner in LEARNERS:
-            sizes = select_rows(rows, reading, learner)
+            sizes = select_rows(rows, batch_scaling, learner)
             row, why = find_scaling_limit(sizes)
-            found[reading][learner.name] = {
+            found[batch_scaling][learner.name] = {
                 "stops_paying_at_cores": row.cores,
                 "why": why,
                 "useful_samples_stop_at_cores": find_useful_scaling_limit(sizes).cores,

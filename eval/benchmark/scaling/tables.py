@@ -1,4 +1,4 @@
-"""What the scale benchmark prints below its rates: costs, assumptions, every size, and where scaling stops paying."""
+"""Texts and tables of the scale benchmark: costs, assumptions, every size, and where scaling stops paying."""
 
 from collections.abc import Sequence
 
@@ -22,7 +22,7 @@ from eval.benchmark.scaling.sweep import (
 
 
 def cost_text(costs: Costs, predicted: float) -> str:
-    """Return the measured costs, and which share of the measured speed of real iterations was predicted from them."""
+    """Return the measured costs as text, with the predicted over the measured speed of real iterations."""
     micro = {name: 1e6 * getattr(costs, f"{name}_seconds") for name in ("world", "submit", "gather", "crowd")}
     return f"""
 Measured in this run:
@@ -40,7 +40,7 @@ Measured in this run:
 
 
 def assumption_text(cluster: Cluster, measured: float) -> str:
-    """Return what is assumed beside the learner's measured rate, and what follows from it for failures."""
+    """Return the assumptions as text, beside the learner's measured rate [samples/s], and what follows from them for failures."""
     lost = CORE_COUNTS[-1] / cluster.cores_per_node * 86_400.0 / cluster.node_mtbf
     learners = "\n".join(f"- learner, {one.name}: {one.samples_per_second(measured):,.0f} samples/s,\n  {one.why}" for one in LEARNERS)
     return f"""
@@ -65,7 +65,7 @@ Assumed:
 
 
 def sizes_table(rows: Sequence[Row], core_rate: float) -> Table:
-    """Return all sizes of a reading and a learner; ``core_rate`` is what one core collects [samples/s]."""
+    """Return a table of all sizes of a scaling of the batch and a learner; ``core_rate`` is the rate of one core [samples/s]."""
     table = _table(f"{rows[0].batch_scaling} batch, learner: {rows[0].learner.name}; samples/s", BATCH_SCALINGS[rows[0].batch_scaling])
     for column in ("cores", "in turns", "overlap", "linear", "useful", "learner idle", "actors idle", "most time"):
         table.add_column(column, justify="right")
@@ -85,7 +85,7 @@ def sizes_table(rows: Sequence[Row], core_rate: float) -> Table:
 
 
 def stops_table(rows: Sequence[Row], core_rate: float) -> Table:
-    """Return where scaling stops paying, for each reading and learner."""
+    """Return a table of where scaling stops paying, for each scaling of the batch and learner."""
     caption = (
         f"the first size at which twice the cores bring under {MIN_DOUBLING_SPEEDUP - 1.0:.0%} more; why: where the next size's time goes"
     )
@@ -94,14 +94,14 @@ def stops_table(rows: Sequence[Row], core_rate: float) -> Table:
         table.add_column(column)
     for column in ("cores", "samples/s", "linear", "why", "useful to", "useful/s"):
         table.add_column(column, justify="right")
-    for reading in BATCH_SCALINGS:
+    for batch_scaling in BATCH_SCALINGS:
         for learner in LEARNERS:
-            sizes = select_rows(rows, reading, learner)
+            sizes = select_rows(rows, batch_scaling, learner)
             (row, why), useful = find_scaling_limit(sizes), find_useful_scaling_limit(sizes)
             rate = row.overlapped.samples_per_second
             share = f"{rate / (core_rate * row.cores):.2f}"
             table.add_row(
-                reading,
+                batch_scaling,
                 learner.name,
                 f"{row.cores:,}",
                 f"{rate:,.0f}",

@@ -1,4 +1,4 @@
-"""How much of a device's memory is taken, and waiting until it has done all that it was told."""
+"""Memory use of a device, and synchronisation with it."""
 
 import ctypes
 import gc
@@ -12,13 +12,13 @@ from eval.benchmark.timing.process_tree import tree_memory_bytes
 
 
 def synchronize(device: torch.device) -> None:
-    """Wait until the device is done: a GPU is told what to do long before it does it."""
+    """Wait until the device is done: a GPU works asynchronously."""
     if device.type == "cuda":
         torch.cuda.synchronize(device)
 
 
 def used_memory_bytes(device: torch.device) -> int:
-    """Return how much memory is taken [bytes]: of a card, by torch, by warp and by whoever else uses it; on the CPU by this process."""
+    """Return the used memory [bytes]: on a GPU by torch, warp and all other processes, on the CPU by this process."""
     if device.type == "cuda":
         synchronize(device)
         free, total = torch.cuda.mem_get_info(device)
@@ -27,10 +27,10 @@ def used_memory_bytes(device: torch.device) -> int:
 
 
 def release_unused_memory(device: torch.device) -> None:
-    """Give back what nobody holds any longer, so that it does not hide what comes next."""
-    gc.collect()  # physics and its recordings hold each other
+    """Return unused memory to the system, so that it does not hide later allocations."""
+    gc.collect()  # physics and its recordings refer to each other
     if device.type == "cuda":
         torch.cuda.empty_cache()
     elif sys.platform == "linux":
-        with suppress(AttributeError):  # not every C library keeps what is freed, as glibc does
+        with suppress(AttributeError):  # C libraries other than glibc
             ctypes.CDLL(None).malloc_trim(0)

@@ -1,4 +1,4 @@
-"""Times ways of doing the same work in turns, so that whatever else the machine does slows all of them alike."""
+"""Interleaved timing: cases run in turns, so that other load on the machine slows all of them alike."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -13,14 +13,14 @@ from rich.table import Table
 
 @dataclass(frozen=True)
 class BenchmarkCase:
-    """One way of doing the work.
+    """Case of a benchmark.
 
     Attributes:
         name: Row of the table, key of the JSON.
-        description: One line that says what is timed.
-        run: Does a block of work and returns how much it was, in the benchmark's unit.
+        description: One line on what is timed.
+        run: Does a block of work and returns its amount, in the benchmark's unit.
         prepare: Called before each block, untimed.
-        limit: Name of the contender whose rate bounds this one's; none if empty.
+        limit: Name of the case whose rate bounds this one's; none if empty.
     """
 
     name: str
@@ -36,15 +36,15 @@ class BenchmarkResult:
 
     Attributes:
         benchmark: Name of the benchmark.
-        unit: Of the rates, such as "control steps/s".
-        cases: In the order of the table.
-        rates: Of each contender in each round, by name, shape (rounds,).
-        ours: Name of the contender that the others are compared with.
+        unit: Unit of the rates, such as "control steps/s".
+        cases: Cases in the order of the table.
+        rates: Rates of each case by name, shape (rounds,).
+        ours: Name of the case that the others are compared with.
         peers: Names of the cases that do the same job by other means.
-        latencies_s: Of cases of which somebody waits for each call, seconds of the calls of all rounds, by name, shape (calls,).
-        details: What else was found, by name: JSON values beside the rates.
-        notes: The same for people: tables and lines that are printed below the rates.
-        plot_png: The same as PNG; empty where nothing is drawn.
+        latencies_s: Durations of the calls of all rounds [s], of cases whose answer time counts, by name, shape (calls,).
+        details: Further results by name, as JSON values beside the rates.
+        notes: Tables and lines that are printed below the rates.
+        plot_png: Plot as PNG; empty if there is none.
     """
 
     benchmark: str
@@ -59,22 +59,22 @@ class BenchmarkResult:
     plot_png: bytes = b""
 
     def rate(self, name: str) -> float:
-        """Return the median rate of a contender."""
+        """Return the median rate of a case."""
         return float(np.median(self.rates[name]))
 
     def latency_ms(self, name: str) -> tuple[float, float] | None:
-        """Return the median and the 99th percentile of how long a contender's call takes [ms], where that was measured."""
+        """Return the median and the 99th percentile of the duration of a case's calls [ms], None if it was not measured."""
         if name not in self.latencies_s:
             return None
         middle, late = np.percentile(self.latencies_s[name], [50, 99])
         return 1e3 * float(middle), 1e3 * float(late)
 
     def ratio(self, name: str, other: str) -> float:
-        """Return the median over the rounds of how many times quicker a contender was than another in the same round."""
+        """Return the median over the rounds of the ratio of a case's rate to another's in the same round."""
         return float(np.median(self.rates[name] / self.rates[other]))
 
     def summary(self) -> dict[str, Any]:
-        """Return what goes into the JSON file; ``rows`` holds every contender's rate and its ratio to its own limit."""
+        """Return the content of the JSON file; ``rows`` holds every case's rate and its ratio to its own limit."""
         ours = next(one for one in self.cases if one.name == self.ours)
         rows = {
             one.name: {
@@ -98,7 +98,7 @@ class BenchmarkResult:
         }
 
     def table(self) -> Table:
-        """Return rates and ratios for people."""
+        """Return a table of rates and ratios."""
         rounds = len(self.rates[self.ours])
         table = Table(
             title=f"{self.benchmark}: {self.unit}",
@@ -120,7 +120,7 @@ class BenchmarkResult:
 
 @contextmanager
 def torch_threads(count: int) -> Iterator[None]:
-    """Let torch work on so many threads; afterwards it has as many as before."""
+    """Set the number of torch's threads, and restore it afterwards."""
     before = torch.get_num_threads()
     torch.set_num_threads(count)
     try:
@@ -130,15 +130,15 @@ def torch_threads(count: int) -> Iterator[None]:
 
 
 def interleave(cases: Sequence[BenchmarkCase], rounds: int, after_round: Callable[[], None] = lambda: None) -> dict[str, np.ndarray]:
-    """Return the rate of each contender in each round, after one round that warms up and is thrown away.
+    """Return the rate of each case in each round, after one round that warms up and is thrown away.
 
     Args:
-        cases: Run one after the other in every round.
-        rounds: How many rounds are kept.
-        after_round: Called after each, such as a progress display's step.
+        cases: Cases, run one after the other in every round.
+        rounds: Number of rounds to keep.
+        after_round: Called after each round, such as a progress display's step.
 
     Returns:
-        Work per second by contender, shape (rounds,).
+        Work per second by case, shape (rounds,).
     """
     rates: dict[str, list[float]] = {one.name: [] for one in cases}
     for _ in range(rounds + 1):

@@ -1,4 +1,4 @@
-"""A live service in a process of its own, and users who send their frames to it all at once: what benchmarks ask it with."""
+"""Load on a live service: the service in a process of its own, and clients who all send their frames at once."""
 
 import asyncio
 import json
@@ -19,17 +19,17 @@ from eval.live.solver import LiveBodySolver
 
 UNLIMITED = ClientLimits(
     max_idle_s=1e9, max_waiting_lines=10**9, max_lines_per_s=1e9
-)  # who measures sends as quickly as frames are answered, or pauses
-TIMEOUT_S = 60.0  # that a service has to start, and for an answer
+)  # a benchmark sends as quickly as frames are answered, or pauses
+TIMEOUT_S = 60.0  # of the start of a service, and of an answer
 
 
 @contextmanager
 def run_service(model: Path, users: int) -> Iterator[int]:
-    """Run a service for so many users in another process; yields its port.
+    """Run a service in another process; yields its port.
 
     Args:
         model: File of the network.
-        users: How many places it has.
+        users: Number of users that the service has room for.
     """
     ours, its = multiprocessing.get_context("spawn").Pipe()
     process = multiprocessing.get_context("spawn").Process(target=_serve, args=(model, users, its), daemon=True)
@@ -40,15 +40,15 @@ def run_service(model: Path, users: int) -> Iterator[int]:
             raise TimeoutError(f"the service did not start within {TIMEOUT_S:g} s")
         yield ours.recv()
     finally:
-        ours.close()  # which tells it to stop
+        ours.close()  # makes the service stop
         process.join(TIMEOUT_S)
 
 
 class LockstepClients:
-    """Users on real sockets who all send a frame, and all wait for their answers."""
+    """Clients on real sockets who all send a frame, and all wait for their answers."""
 
     def __init__(self, port: int, users: int, codec: Codec) -> None:
-        """Connect and say hello."""
+        """Connect and do the handshake."""
         self._open = ExitStack()
         self._sockets = [self._open.enter_context(socket.create_connection((DEFAULT_HOST, port), TIMEOUT_S)) for _ in range(users)]
         self._files = [self._open.enter_context(one.makefile("rb")) for one in self._sockets]
@@ -57,13 +57,13 @@ class LockstepClients:
         self.exchange([json.dumps({"lobstr": PROTOCOL_VERSION, "axes": codec.axes}).encode() + b"\n"] * users)
 
     def exchange(self, lines: Sequence[bytes]) -> list[bytes]:
-        """Send a line of each user and return the answers."""
+        """Send a line of each client and return the answers."""
         for one, line in zip(self._sockets, lines, strict=True):
             one.sendall(line)
         return [file.readline() for file in self._files]
 
     def close(self) -> None:
-        """Hang up."""
+        """Close the connections."""
         self._open.close()
 
 

@@ -1,4 +1,4 @@
-"""A process and all below it: how much memory they hold, and letting them stand still for a while."""
+"""Process trees: memory of a process and its descendants, and signals that pause and resume them."""
 
 import ctypes
 import os
@@ -9,14 +9,14 @@ from contextlib import suppress
 from pathlib import Path
 
 _PROC = Path("/proc")
-_SET_SIGNAL_OF_PARENTS_DEATH = 1  # of prctl(2)
+_SET_SIGNAL_OF_PARENTS_DEATH = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 
 def tree_memory_bytes(process: int) -> int:
-    """Return the memory of a process and of all below it [bytes]; 0 where the system does not tell, as outside Linux.
+    """Return the memory of a process and its descendants [bytes]; 0 where it is unknown, as outside Linux.
 
     Args:
-        process: Its id.
+        process: Process id.
 
     Source: Linux's proportional set size: what n processes share counts an n-th in each.
     """
@@ -24,7 +24,7 @@ def tree_memory_bytes(process: int) -> int:
 
 
 def process_tree(process: int) -> list[int]:
-    """Return the ids of a process and of all below it; the process alone outside Linux."""
+    """Return the ids of a process and its descendants; of the process alone outside Linux."""
     children = defaultdict(list)
     for child, parent in _parents().items():
         children[parent].append(child)
@@ -35,20 +35,20 @@ def process_tree(process: int) -> list[int]:
 
 
 def signal_tree(process: int, number: signal.Signals) -> None:
-    """Send a signal to a process and all below it, such as SIGSTOP, which lets them stand still, and SIGCONT."""
+    """Send a signal to a process and its descendants, such as SIGSTOP, which pauses them, and SIGCONT."""
     for member in process_tree(process):
         with suppress(ProcessLookupError):  # it ended meanwhile
             os.kill(member, number)
 
 
 def resume_when_parent_dies() -> None:
-    """Have this process go on when its parent dies, so that it notices, and does not stand still for ever (Linux alone)."""
+    """Resume this process when its parent dies, so that it notices, and does not stay paused for ever (Linux alone)."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_SET_SIGNAL_OF_PARENTS_DEATH, signal.SIGCONT)
 
 
 def _parents() -> dict[int, int]:
-    """Return each process' parent."""
+    """Return the parent of each process."""
     found = {}
     for path in _PROC.glob("[0-9]*/stat"):
         with suppress(OSError):  # it ended meanwhile

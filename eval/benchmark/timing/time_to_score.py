@@ -1,4 +1,4 @@
-"""Who gets to a goal first, by their own clocks: trainings that take turns on one machine."""
+"""Time to a score: trainings that take turns on one machine, each by its own clock, until they reach a target score."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
@@ -6,17 +6,17 @@ from statistics import fmean
 from time import perf_counter
 from typing import Any
 
-NUM_SUSTAINED_EVALUATIONS = 3  # laps
+NUM_SUSTAINED_EVALUATIONS = 3
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """How far a training has come.
+    """Progress of a training.
 
     Attributes:
-        minutes: That it trained; scoring it takes place outside this time.
-        samples: That it collected.
-        score: What its policy is worth.
+        minutes: Minutes of training, without the time of scoring.
+        samples: Samples collected.
+        score: Score of the policy.
     """
 
     minutes: float
@@ -26,13 +26,13 @@ class Evaluation:
 
 @dataclass
 class Contestant:
-    """A training that runs towards a goal.
+    """Training that is compared by its time to a score.
 
     Attributes:
-        name: Of the training.
-        iterate: Trains for a little while; returns the samples of it.
-        score: Scores the policy.
-        evaluations: So far.
+        name: Name of the training.
+        iterate: Trains for one iteration; returns its samples.
+        score: Returns the score of the policy.
+        evaluations: Evaluations so far.
     """
 
     name: str
@@ -42,11 +42,11 @@ class Contestant:
 
     @property
     def latest(self) -> Evaluation:
-        """Where it is."""
+        """Latest evaluation; zeros if there is none."""
         return self.evaluations[-1] if self.evaluations else Evaluation(0.0, 0, 0.0)
 
     def train_and_evaluate(self, seconds: float, clock: Callable[[], float]) -> None:
-        """Train for at least so long [s], then score."""
+        """Train for at least ``seconds``, then score."""
         spent, samples = 0.0, 0
         while spent < seconds:
             begin = clock()
@@ -57,12 +57,12 @@ class Contestant:
 
 @dataclass(frozen=True)
 class TimeToScore:
-    """The rules.
+    """Comparison of trainings by their time to a score.
 
     Attributes:
-        target_score: Score to be reached, first once, then on average over ``NUM_SUSTAINED_EVALUATIONS`` laps, because scores leap.
-        max_minutes: That each may train.
-        evaluation_interval_s: Seconds of training between scores.
+        target_score: Score to reach, first once, then on average over ``NUM_SUSTAINED_EVALUATIONS`` evaluations, because scores vary.
+        max_minutes: Most minutes of training of each.
+        evaluation_interval_s: Seconds of training between evaluations.
     """
 
     target_score: float
@@ -72,12 +72,12 @@ class TimeToScore:
     def run(
         self, contestants: Sequence[Contestant], after_evaluation: Callable[[Contestant], None], clock: Callable[[], float] = perf_counter
     ) -> None:
-        """Let them run until they are steadily there; the next lap is for the one that has trained least, so that noise hits all alike.
+        """Train until all sustain the score; whoever has trained least is next, so that noise of the machine hits all alike.
 
         Args:
-            contestants: At their start.
-            after_evaluation: Called with the runner that has finished a lap.
-            clock: Tells the time [s].
+            contestants: Trainings at their start.
+            after_evaluation: Called with the training that was evaluated.
+            clock: Returns the time [s].
         """
         while training := [one for one in contestants if not self.first_sustained(one) and one.latest.minutes < self.max_minutes]:
             contestant = min(training, key=lambda one: one.latest.minutes)
@@ -85,23 +85,23 @@ class TimeToScore:
             after_evaluation(contestant)
 
     def first_reached(self, contestant: Contestant) -> Evaluation | None:
-        """Return the first lap in which a runner had the score; None if there is none."""
-        return next((lap for lap in contestant.evaluations if lap.score >= self.target_score), None)
+        """Return the first evaluation in which a training had the score; None if there is none."""
+        return next((one for one in contestant.evaluations if one.score >= self.target_score), None)
 
     def first_sustained(self, contestant: Contestant) -> Evaluation | None:
-        """Return the first lap that ends ``NUM_SUSTAINED_EVALUATIONS`` of them with the score on average; None if there is none."""
+        """Return the first evaluation that ends ``NUM_SUSTAINED_EVALUATIONS`` with the score on average; None if there is none."""
         ends = range(NUM_SUSTAINED_EVALUATIONS, len(contestant.evaluations) + 1)
-        means = (fmean(lap.score for lap in contestant.evaluations[end - NUM_SUSTAINED_EVALUATIONS : end]) for end in ends)
+        means = (fmean(one.score for one in contestant.evaluations[end - NUM_SUSTAINED_EVALUATIONS : end]) for end in ends)
         return next((contestant.evaluations[end - 1] for end, mean in zip(ends, means, strict=True) if mean >= self.target_score), None)
 
     def result(self, contestant: Contestant) -> dict[str, Any]:
-        """Return what goes into the JSON file; where a runner did not get is None."""
+        """Return the content of the JSON file; None for what was not reached."""
         reached, sustained = self.first_reached(contestant), self.first_sustained(contestant)
         return {
             "minutes": reached and reached.minutes,
             "samples": reached and reached.samples,
             "minutes_steady": sustained and sustained.minutes,
             "samples_steady": sustained and sustained.samples,
-            "best": max(lap.score for lap in contestant.evaluations),
-            "curve": [asdict(lap) for lap in contestant.evaluations],
+            "best": max(one.score for one in contestant.evaluations),
+            "curve": [asdict(one) for one in contestant.evaluations],
         }

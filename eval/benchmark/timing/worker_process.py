@@ -1,4 +1,4 @@
-"""Trainings in processes of their own, which do what they are told and can stand still in between, so that they can be timed in turns."""
+"""Trainings in processes of their own, which run tasks on request and can be paused in between, so that they can be timed in turns."""
 
 import multiprocessing
 import os
@@ -12,18 +12,18 @@ from eval.benchmark.timing.process_tree import resume_when_parent_dies, signal_t
 
 Held = TypeVar("Held")
 Answer = TypeVar("Answer")
-MEMORY_SAMPLING_S = 0.05  # s between looks at the memory
+MEMORY_SAMPLING_S = 0.05
 
 
 class TrainingProcess(Generic[Held]):
-    """Whatever ``make`` makes, held in another process. Use as a context."""
+    """Object held in another process, on which tasks are run there. Use as a context."""
 
     def __init__(self, name: str, make: Callable[[], AbstractContextManager[Held]]) -> None:
         """Start the process.
 
         Args:
-            name: For errors.
-            make: Called over there, so it is a function of a module, or a partial of one.
+            name: Name of the process, for errors.
+            make: Makes the object in the process, so it is a function of a module, or a partial of one.
         """
         spawn = multiprocessing.get_context("spawn")
         self.name = name
@@ -33,16 +33,16 @@ class TrainingProcess(Generic[Held]):
         its.close()
 
     def call(self, task: Callable[[Held], Answer]) -> Answer:
-        """Return what ``task`` returns over there; it, too, is a function of a module or a partial of one.
+        """Return the result of a task on the object; it, too, is a function of a module or a partial of one.
 
         Raises:
-            RuntimeError: If the process has died; what it said of that went to standard error.
+            RuntimeError: If the process has died; its reason went to standard error.
         """
         self._tell(task)
         return self._answer()
 
     def peak_memory(self, task: Callable[[Held], Any]) -> int:
-        """Return how much memory the process and those below it hold at most while they do ``task`` [bytes]."""
+        """Return the peak memory of the process and its descendants during a task [bytes]."""
         self._tell(task)
         peak = 0
         while not self._pipe.poll(MEMORY_SAMPLING_S):
@@ -51,11 +51,11 @@ class TrainingProcess(Generic[Held]):
         return max(peak, tree_memory_bytes(self._id))
 
     def pause(self) -> None:
-        """Let the process and all below it stand still; whoever calls it must have them go on first."""
+        """Pause the process and its descendants; ``go_on`` must be called before the next task."""
         signal_tree(self._id, SIGSTOP)
 
     def go_on(self) -> None:
-        """Let them go on."""
+        """Resume the process and its descendants."""
         signal_tree(self._id, SIGCONT)
 
     @property
@@ -64,7 +64,7 @@ class TrainingProcess(Generic[Held]):
         return self._process.pid
 
     def _tell(self, task: Callable[[Held], Any]) -> None:
-        with suppress(BrokenPipeError):  # said better by who waits for the answer
+        with suppress(BrokenPipeError):  # waiting for the answer raises a better error
             self._pipe.send(task)
 
     def _answer(self) -> Any:
@@ -78,14 +78,14 @@ class TrainingProcess(Generic[Held]):
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Tell it to end, and wait until it has."""
+        """End the process, and wait until it has ended."""
         self.go_on()
         self._pipe.close()
         self._process.join()
 
 
 def _serve(make: Callable[[], AbstractContextManager[Any]], pipe: Connection) -> None:
-    """Do what is asked until the other end of the pipe is closed."""
+    """Run tasks until the other end of the pipe is closed."""
     resume_when_parent_dies()
     with suppress(KeyboardInterrupt), make() as held:
         while True:

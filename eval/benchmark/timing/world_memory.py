@@ -1,4 +1,4 @@
-"""What memory the env of a GPU takes, by number of worlds."""
+"""Memory of the torch env, by number of worlds."""
 
 from collections.abc import Mapping, Sequence
 
@@ -17,8 +17,8 @@ MIB, KIB = 2**20, 2**10
 def build_envs_and_measure_memory(
     library: MotionLibrary, counts: Sequence[int], device: torch.device
 ) -> tuple[list[AdaptMimicTorchEnv], dict[int, float]]:
-    """Return envs of so many worlds, and what memory each takes, by its worlds [MiB]."""
-    _stepped_env(library, 1, device)  # what is loaded once and for all is no world's
+    """Return envs with the given numbers of worlds, and the memory of each by its worlds [MiB]."""
+    _stepped_env(library, 1, device)  # what is loaded once does not count for any world
     envs, memory = [], {}
     for worlds in counts:
         release_unused_memory(device)
@@ -29,10 +29,10 @@ def build_envs_and_measure_memory(
 
 
 def memory_table(memory: Mapping[int, float]) -> Table:
-    """Return what envs take, for people.
+    """Return a table of the envs' memory.
 
     Args:
-        memory: Of the env of so many worlds [MiB], ascending.
+        memory: Memory of an env by its number of worlds [MiB], ascending.
     """
     table = Table(title="memory of a torch env", caption="MiB: with its copy of the motions\nKiB a world: of those more than above")
     for column in ("worlds", "MiB", "KiB a world"):
@@ -44,13 +44,13 @@ def memory_table(memory: Mapping[int, float]) -> Table:
 
 
 def memory_per_world_kib(memory: Mapping[int, float]) -> list[float]:
-    """Return what one more world costs from each size to the next [KiB]; the argument is that of ``memory_table``."""
+    """Return the memory of one more world from each size to the next [KiB]; the argument is that of ``memory_table``."""
     worlds, sizes = np.array(list(memory)), np.array(list(memory.values()))
     return (np.diff(sizes) * (MIB / KIB) / np.diff(worlds)).tolist()
 
 
 def _stepped_env(library: MotionLibrary, worlds: int, device: torch.device) -> AdaptMimicTorchEnv:
-    """Return an env that has taken a step, and with it the memory that steps need."""
+    """Return an env that has taken a step, and thereby allocated what steps need."""
     env = AdaptMimicTorchEnv(library, worlds, device=device)
     env.reset(seed=SEED)
     env.step(torch.zeros((worlds, env.task.action_size), device=device))

@@ -1,4 +1,4 @@
-"""The clips that the proof of cleaning is about, and what a cleaning makes of one of them, from BVH to BVH."""
+"""Clips of the cleaning study, and the measures of one cleaned clip, from BVH to BVH."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,13 +31,13 @@ Values = dict[str, float]
 
 @dataclass(frozen=True)
 class Case:
-    """A clip to clean.
+    """Clip to clean.
 
     Attributes:
         group: ``SUITS``, ``REAL`` or ``CLEAN``.
-        source: The folder of test clips that it is from; of a real suit the clip's own name.
-        file: The recording.
-        seed: Of the simulated suit.
+        source: Folder of test clips that it is from; of a real suit the clip's own name.
+        file: Path of the recording.
+        seed: Seed of the simulated suit.
     """
 
     group: str
@@ -48,14 +48,14 @@ class Case:
 
 @dataclass(frozen=True)
 class CaseResult:
-    """What a cleaning made of a case.
+    """Measures of a cleaned case.
 
     Attributes:
-        name: Of the clip.
-        performer: Who moved.
-        kind: Of motion.
-        sides: Artefacts before and after, and where a suit was simulated of the file as it is read and of the clean truth.
-        notices: What a person is told of the clip.
+        name: Name of the clip.
+        performer: Performer of the clip.
+        kind: Kind of motion.
+        sides: Artefacts before and after, and where a suit was simulated also of the file as read and of the clean truth.
+        notices: Notices of the cleaning to the user.
     """
 
     name: str
@@ -77,20 +77,20 @@ def all_cases(data: Path) -> list[Case]:
 
 
 def simulate_suit_with_root(clean: BodyMotion, seed: int) -> BodyMotion:
-    """Return what a simulated suit of the default severity makes of a clip, with the root that training libraries give it."""
+    """Return the clip of a simulated suit of the default severity, with the root that training libraries give it."""
     return RootSource(True, lambda _: None).apply_to_suit(simulate_suit(clean, seed))
 
 
 def clean_case(case: Case, cleaner: CleaningPipeline) -> CaseResult:
-    """Clean a clip as a user would and judge the file that comes out.
+    """Clean a clip from file to file, as a user would, and measure the written file.
 
     After is the written file, read through the calibration and the ground that were found when the first was read. Before is the first file
     as it is read, with the root that it holds; of a simulated suit, whose ground is known, it is what the suit delivered. The clean truth
     is carried along with the drift that nobody can observe.
 
     Args:
-        case: The clip.
-        cleaner: What cleans it.
+        case: Clip to clean.
+        cleaner: Cleaning pipeline.
     """
     (recorded,) = load_clips(case.file)
     suit = simulate_suit_with_root(recorded, case.seed) if case.group == SUITS else None
@@ -123,7 +123,7 @@ def clean_case(case: Case, cleaner: CleaningPipeline) -> CaseResult:
 def _measure_artefacts(
     clip: BodyMotion, truth: BodyMotion | None = None, original: BodyMotion | None = None, contacts: np.ndarray | None = None
 ) -> Values:
-    """Return the artefacts of a clip, feet standing as in the truth or as told (T, 2)."""
+    """Return the artefacts of a clip; feet stand as in the truth, or else as in ``contacts`` (T, 2)."""
     contacts = detect_foot_contacts(truth) if truth else contacts
     assert contacts is not None
     return artefact_metrics(clip, truth, original) | {"support_slide": support_slide(clip), "stance_skate": stance_skate(clip, contacts)}
@@ -134,7 +134,7 @@ def stance_skate(clip: BodyMotion, contacts: np.ndarray) -> float:
 
     Args:
         clip: T frames.
-        contacts: When the left and the right foot stand, shape (T, 2).
+        contacts: Whether the left and the right foot stand, shape (T, 2).
     """
     speeds = sole_speeds(clip)[contacts[1:] & contacts[:-1]]
     return 100.0 * float(speeds.mean()) if len(speeds) else 0.0
@@ -146,5 +146,5 @@ def result_to_json(result: CaseResult) -> dict[str, Any]:
 
 
 def result_from_json(table: dict[str, Any]) -> CaseResult:
-    """Return the result that plain data say."""
+    """Return the result that was stored as plain data."""
     return CaseResult(**{**table, "notices": tuple(table["notices"])})

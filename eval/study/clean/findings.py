@@ -1,4 +1,4 @@
-"""Does cleaning do what it should? Each aim beside what the rows of the study say."""
+"""Aims of cleaning, each beside the numbers of the study's rows that decide whether it is reached."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -7,12 +7,12 @@ from eval.metrics.catalogue import ARTEFACT_CATALOGUE
 from eval.study.clean.cases import AS_READ, BEFORE, CLEAN, REAL, SUITS, TRUTH
 from eval.study.clean.rows import ALL, NO_PHYSICS, PRETRAINED, row_name
 
-MAX_REMAINING_SHARE = {  # share that may be left
+MAX_REMAINING_SHARE = {  # after cleaning, of what was there before
     "foot_skate": 0.3, "stance_skate": 0.3, "ground_penetration": 0.1, "self_penetration": 0.1, "floating": 0.3,
 }  # fmt: skip
-MAX_JITTER_RATIO = 1.3  # times that of the clean truth
-MAX_DEVIATION_MM = 40.0  # mm, of clips that are clean already
-FLOATING_CLIP, MAX_FLOATING_MM = "rokoko_jesse_dance", 5.0  # the clip that floats; mm, above which the metric calls it so
+MAX_JITTER_RATIO = 1.3  # to that of the clean truth
+MAX_DEVIATION_MM = 40.0  # of clips that are clean already
+FLOATING_CLIP, MAX_FLOATING_MM = "rokoko_jesse_dance", 5.0  # the clip that floats, and the metric's threshold of floating
 COMPARED_MEASURES = (
     "foot_skate", "stance_skate", "support_slide", "floating", "ground_penetration", "self_penetration", "jitter", "truth_error_local",
 )  # fmt: skip
@@ -25,8 +25,8 @@ def clean_findings(rows: Sequence[Mapping[str, Any]], variants: Sequence[str]) -
     """Return each aim, with the numbers that decide whether it is reached, for every policy; then the package's policy beside the others.
 
     Args:
-        rows: Of the study.
-        variants: Of the cleaning, the package's own first.
+        rows: Rows of the study.
+        variants: Variants of the cleaning, the package's own first.
     """
     ours = {row["name"]: row["ours"] for row in rows}
     found = [f for variant in variants if variant != NO_PHYSICS for f in _aims(ours, variant)]
@@ -71,7 +71,7 @@ def _means(ours: Ours, group: str, part: str, side: str) -> dict[str, float]:
 
 
 def _change(name: str, before: Mapping[str, float], after: Mapping[str, float]) -> str:
-    """Return how a measure changed, such as "jitter 0.20 km/s³ after 0.40 before, -50 %"."""
+    """Return the change of a measure as text, such as "jitter 0.20 km/s³ after 0.40 before, -50 %"."""
     old, new = before[name], after[name]
     percent = f"{100.0 * (new - old) / old:+.0f} %" if old else "nothing to remove"
     return f"{name} {_text(name, after)} after {_text(name, before)} before, {percent}"

@@ -1,4 +1,4 @@
-"""How the page of the cleaning study reads: its groups of measures, its plots, and what a reader must know."""
+"""Page of the cleaning study: groups of measures, plots, and notes for the reader."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -60,12 +60,12 @@ GROUPS = (
 
 
 def clean_notes(cases: Sequence[Case], results: Sequence[CaseResult], seen: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
-    """Return what a reader must know.
+    """Return the notes for the reader.
 
     Args:
-        cases: The clips.
-        results: What the package's cleaning made of them.
-        seen: By policy the tested performers whom its training saw.
+        cases: Clips of the study.
+        results: Results of the package's cleaning, one of each clip.
+        seen: Tested performers whom the training of a policy saw, by policy.
     """
     told = [
         f"{result.name} ({case.group}): {' '.join(result.notices)}" for case, result in zip(cases, results, strict=True) if result.notices
@@ -87,11 +87,11 @@ def clean_notes(cases: Sequence[Case], results: Sequence[CaseResult], seen: Mapp
 
 
 def clean_plots(rows: Sequence[Mapping[str, Any]], variants: Sequence[str]) -> list[Plot]:
-    """Return for each judged measure bars of all sides by kind of motion.
+    """Return bars of all sides by kind of motion, for each compared measure.
 
     Args:
-        rows: Of the study.
-        variants: Of the cleaning.
+        rows: Rows of the study.
+        variants: Variants of the cleaning.
     """
     ours = {row["name"]: row["ours"] for row in rows}
     begin, end = f"{SUITS}, {kind_part('')}", f": {BEFORE}"

@@ -1,14 +1,12 @@
-"""What cleanings left of the clips' artefacts, as rows of a study: means over all clips, over a folder's and over those of a kind."""
+"""Rows of the cleaning study: means of artefacts over all clips, over those of a folder and over those of a kind."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 from eval.study.clean.cases import AFTER, AS_READ, BEFORE, CLEAN, REAL, SUITS, TRUTH, Case, CaseResult, Values
-from eval.study.protocol.page import summarise_seeds
+from eval.study.protocol.page import Row, study_row
 
 PRETRAINED, NO_PHYSICS = "shipped policy", "no physics"
 ALL = "all"
-Row = dict[str, Any]
 
 
 def row_name(group: str, part: str, side: str) -> str:
@@ -17,7 +15,7 @@ def row_name(group: str, part: str, side: str) -> str:
 
 
 def kind_part(kind: str) -> str:
-    """Return what the clips of a kind are called in a row's name."""
+    """Return the part of a row's name for the clips of a kind."""
     return f"kind {kind}"
 
 
@@ -25,8 +23,8 @@ def clean_rows(cases: Sequence[Case], results: Mapping[str, Sequence[CaseResult]
     """Return the rows.
 
     Args:
-        cases: The clips.
-        results: By variant of the cleaning, the first of which is the package's own, what it made of each of them.
+        cases: Clips of the study.
+        results: Results of each clip by variant of the cleaning, the package's own first.
     """
     first = next(iter(results.values()))
     rows = []
@@ -35,12 +33,12 @@ def clean_rows(cases: Sequence[Case], results: Mapping[str, Sequence[CaseResult]
             sides = {side: _side(first, members, side) for side in (BEFORE, AS_READ)}
             sides |= {variant: _side(own, members, AFTER) for variant, own in results.items()}
             sides[TRUTH] = _side(first, members, TRUTH)
-            rows += [_row(row_name(group, part, side), values) for side, values in sides.items() if values]
+            rows += [study_row(row_name(group, part, side), values) for side, values in sides.items() if values]
     return rows
 
 
 def _parts(group: str, cases: Sequence[Case], results: Sequence[CaseResult]) -> Iterator[tuple[str, list[int]]]:
-    """Yield the parts of a group of clips and their members."""
+    """Yield the parts of a group of clips and the indices of their members."""
     members = [index for index, case in enumerate(cases) if case.group == group]
     yield ALL, members
     for source in dict.fromkeys(cases[index].source for index in members):
@@ -52,7 +50,3 @@ def _parts(group: str, cases: Sequence[Case], results: Sequence[CaseResult]) -> 
 
 def _side(results: Sequence[CaseResult], members: Sequence[int], side: str) -> list[Values]:
     return [results[index].sides[side] for index in members if side in results[index].sides]
-
-
-def _row(name: str, values: list[Values]) -> Row:
-    return {"name": name, "ours": summarise_seeds(values), "published": {}}

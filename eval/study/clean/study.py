@@ -1,4 +1,4 @@
-"""What cleaning removes and what it costs, on unseen performers through simulated suits, on real suits and on clean clips."""
+"""Cleaning study: artefacts before and after cleaning, of unseen performers through simulated suits, real suits and clean clips."""
 
 import hashlib
 import json
@@ -21,18 +21,18 @@ from eval.study.clean.page import GROUPS, clean_notes, clean_plots
 from eval.study.clean.rows import NO_PHYSICS, PRETRAINED, clean_rows
 from eval.study.protocol.page import Study
 from trainers.algorithms.policy_file import load_policy
+from trainers.runs.device import available_cores
 from trainers.runs.run_log import make_console
 
-POLICIES = "policies"  # folder below the study's: policies to hold beside the package's
-THREADS = 2
+POLICIES = "policies"  # folder below the study's of policies to compare with the package's
 
 
 def clean_study(data: Path, out: Path) -> Study:
-    """Return the study; what became of each clip stays in ``out`` and is not repeated while clip, policy and code are the same.
+    """Return the study; the result of each clip stays in ``out`` and is not repeated while clip, policy and code are the same.
 
     Args:
         data: Folder of real motion.
-        out: Folder of the study; policies in its folder "policies" are held beside the package's.
+        out: Folder of the study; policies in its folder "policies" are compared with the package's.
 
     Raises:
         InputError: If a recording is not there, or a policy cannot be loaded.
@@ -40,7 +40,7 @@ def clean_study(data: Path, out: Path) -> Study:
     check_recordings(data, (*TEST_FOLDERS, *IMU_SUIT_CLIPS))
     cleaners, keys, performers = _variants(out)
     cases, console = all_cases(data), make_console()
-    torch.set_num_threads(THREADS)
+    torch.set_num_threads(available_cores())
     results: dict[str, list[CaseResult]] = {variant: [] for variant in cleaners}
     for case in track(cases, "cleaning clips", console=console, transient=True):
         for variant, cleaner in cleaners.items():
@@ -53,19 +53,19 @@ def clean_study(data: Path, out: Path) -> Study:
 
 
 def _variants(out: Path) -> tuple[dict[str, CleaningPipeline], dict[str, str], dict[str, set[str]]]:
-    """Return by variant the cleaner, a key of all that it is made of, and the performers that its training saw."""
+    """Return by variant the pipeline, a key of all that it depends on, and the performers that its training saw."""
     files = {PRETRAINED: PRETRAINED_POLICY} | {file.stem: file for file in sorted((out / POLICIES).glob("*.safetensors"))}
     cleaners, keys, performers = {}, {}, {}
     for variant, file in files.items():
         policy, card, spec = load_policy(file)
-        cleaners[variant] = CleaningPipeline(policy, spec, THREADS)
+        cleaners[variant] = CleaningPipeline(policy, spec, available_cores())
         keys[variant], performers[variant] = _key(file), set(card["performers"])
     without = replace(cleaners[PRETRAINED], policy=None)
     return {PRETRAINED: cleaners.pop(PRETRAINED), NO_PHYSICS: without, **cleaners}, {**keys, NO_PHYSICS: _key(None)}, performers
 
 
 def _key(policy: Path | None) -> str:
-    """Return a key of the code that cleans and judges, of the package's root models and of a policy."""
+    """Return a key of the code that cleans and measures, of the package's root models and of a policy."""
     models = [file for file in sorted(WEIGHTS_FOLDER.glob("*.safetensors")) if file != PRETRAINED_POLICY]
     digest = hashlib.sha256()
     for file in (*imported_files(Case.__module__), *models, *([policy] if policy else [])):
@@ -74,7 +74,7 @@ def _key(policy: Path | None) -> str:
 
 
 def _result(case: Case, variant: str, cleaner: CleaningPipeline, key: str, folder: Path) -> CaseResult:
-    """Return what a cleaning makes of a clip, from the file of a former run if that has the same key."""
+    """Return the result of a clip, from the file of a former run if that has the same key."""
     own = hashlib.sha256(key.encode() + case.file.read_bytes() + str(case.seed).encode()).hexdigest()[:16]
     file = folder / _slug(variant) / f"{_slug(case.group)}_{case.file.stem}.json"
     known: Mapping[str, object] = json.loads(file.read_text()) if file.is_file() else {}

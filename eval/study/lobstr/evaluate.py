@@ -1,4 +1,4 @@
-"""Runs LoBSTr's networks, and what needs no training, over test clips and the sessions of virtual users."""
+"""Evaluation of LoBSTr's networks, and of baselines without training, on test clips and the sessions of virtual users."""
 
 from collections.abc import Sequence
 
@@ -17,10 +17,10 @@ from eval.study.lobstr.six_point_baseline import find_foot_strikes, foot_poses, 
 from eval.study.lobstr.test_sessions import EvaluationClip, Session
 from trainers.supervised.lobstr_data import LobstrData
 
-BATCH_SIZES = 512, 64  # windows, or clips whose state is carried, that the network gets at once
-FREE_RUN_FRAMES = round(600.0 * TRACKER_RATE_HZ)  # frames over which the autoregressive network runs freely
-EXPLOSION_THRESHOLD = 2.0  # of any number of a pose: those of true poses are at most 1
-MAX_FEEDBACK = 1e6  # of a number that is fed back
+BATCH_SIZES = 512, 64  # windows of a batch; clips of a batch where the state is carried
+FREE_RUN_FRAMES = round(600.0 * TRACKER_RATE_HZ)  # length of the autoregressive network's free run
+EXPLOSION_THRESHOLD = 2.0  # magnitude of any component of a pose; those of true poses are at most 1
+MAX_FEEDBACK = 1e6  # magnitude at which fed-back components are clipped
 
 
 def evaluate_model(model: LobstrModel, clips: Sequence[EvaluationClip]) -> Scores:
@@ -36,21 +36,21 @@ def evaluate_model(model: LobstrModel, clips: Sequence[EvaluationClip]) -> Score
 
 @torch.inference_mode()
 def predict(model: LobstrModel, joints: Sequence[TrackerPoses], carried: bool) -> list[PredictedLegs]:
-    """Return what a network that does not see its own poses says of each clip.
+    """Return the prediction of a network without feedback of its own poses for each clip.
 
     Args:
-        model: Trained.
-        joints: Of each clip, from its first frame on, (T, 4, ...).
+        model: Trained model.
+        joints: Tracker poses of each clip from its first frame on, (T, 4, ...).
         carried: Whether a recurrent network's state is carried from frame to frame, as live, rather than begun anew for each window.
     """
     return [_posed(model.spec, model.decode(states), one) for states, one in zip(_states(model, joints, carried), joints, strict=True)]
 
 
 def simulate_six_point(sessions: Sequence[Session], lost: bool) -> tuple[list[PredictedLegs], list[np.ndarray]]:
-    """Return the legs of six-point tracking in each session, and when each foot is hidden, both from frame 45 on.
+    """Return the legs of six-point tracking in each session, and whether each foot is hidden, both from frame 45 on.
 
     Args:
-        sessions: Of users whose trackers' places are compensated as well.
+        sessions: Sessions; the places of the trackers are compensated as well.
         lost: Whether the feet's trackers are shaken off and hidden now and then.
     """
     legs, hidden = [], []
@@ -59,9 +59,9 @@ def simulate_six_point(sessions: Sequence[Session], lost: bool) -> tuple[list[Pr
         scaled = feet._replace(positions=session.size_ratio * feet.positions)
         strikes = np.concat([np.zeros((WINDOW_FRAMES, 2), dtype=bool), find_foot_strikes(session.clip.contacts)])
         seen, mask = occlude_feet(scaled, strikes, np.random.default_rng(session.seed))
-        told = seen if lost else scaled
-        told = told._replace(positions=told.positions / session.calibration.scale)
-        legs.append(PredictedLegs(solve_legs_ik(session.joints(compensate_positions=True), told)[WINDOW_FRAMES:]))
+        tracked = seen if lost else scaled
+        tracked = tracked._replace(positions=tracked.positions / session.calibration.scale)
+        legs.append(PredictedLegs(solve_legs_ik(session.joints(compensate_positions=True), tracked)[WINDOW_FRAMES:]))
         hidden.append(mask[WINDOW_FRAMES:])
     return legs, hidden
 
@@ -74,10 +74,10 @@ def predict_mean_pose(motion: LobstrData, clips: Sequence[EvaluationClip]) -> li
 
 
 def score_majority_class(motion: LobstrData, clips: Sequence[EvaluationClip]) -> Scores:
-    """Return how often it is right to say of toe-bases always what is commoner in training clips [%]."""
+    """Return the contact accuracy of always predicting the class that is commoner in the training clips [%]."""
     commoner = bool(_of_training(motion, motion.frames.contacts).mean() > 0.5)
-    said = [PredictedLegs(clip.legs, np.full(clip.contacts.shape, commoner)) for clip in clips]
-    return {name: value for name, value in score_clips(clips, said).items() if name.startswith("contact_accuracy")}
+    predicted = [PredictedLegs(clip.legs, np.full(clip.contacts.shape, commoner)) for clip in clips]
+    return {name: value for name, value in score_clips(clips, predicted).items() if name.startswith("contact_accuracy")}
 
 
 def _of_training(motion: LobstrData, frames: torch.Tensor) -> torch.Tensor:
@@ -85,7 +85,7 @@ def _of_training(motion: LobstrData, frames: torch.Tensor) -> torch.Tensor:
 
 
 def _evaluate_autoregressive(model: LobstrModel, clips: Sequence[EvaluationClip], joints: Sequence[TrackerPoses]) -> Scores:
-    """Return the measures of a network that gets its own poses back, those where it is told the true ones, and whether it explodes."""
+    """Return the measures of an autoregressive network running freely, those with the true pose fed back, and whether it explodes."""
     states = _states(model, joints, carried=False)
     true = [_true_poses(model.spec, clip) for clip in clips]
     after = [EvaluationClip(clip.motion.cut(1, len(clip.motion))) for clip in clips]
@@ -95,9 +95,9 @@ def _evaluate_autoregressive(model: LobstrModel, clips: Sequence[EvaluationClip]
     ]
     with torch.inference_mode():
         bodies = [model.decode(own[1:], poses[:-1]) for own, poses in zip(states, true, strict=True)]
-    told = [_posed(model.spec, body, clip.joints) for body, clip in zip(bodies, after, strict=True)]
+    with_truth = [_posed(model.spec, body, clip.joints) for body, clip in zip(bodies, after, strict=True)]
     found = score_clips(after, free)
-    found |= {f"{name}_told": value for name, value in score_clips(after, told).items()}
+    found |= {f"{name}_told": value for name, value in score_clips(after, with_truth).items()}
     endless = torch.cat(states).repeat(-(-FREE_RUN_FRAMES // sum(map(len, states))), 1)[:FREE_RUN_FRAMES]
     sizes = _run_autoregressively(model, endless, true[0][0]).pose.abs().amax(1)
     exploded = torch.nonzero(sizes > EXPLOSION_THRESHOLD).flatten()
@@ -109,18 +109,18 @@ def _evaluate_autoregressive(model: LobstrModel, clips: Sequence[EvaluationClip]
 
 @torch.inference_mode()
 def _run_autoregressively(model: LobstrModel, states: torch.Tensor, pose: torch.Tensor) -> LowerBodyPrediction:
-    """Return what is said of frames (S, hidden) one after the other by a network that is told what it said before; at first ``pose``."""
-    said = []
+    """Return predictions for encoder states (S, hidden) one after the other, each with the previous prediction fed back, first ``pose``."""
+    predicted = []
     for state in states:
         body = model.decode(state, pose)
         pose = body.pose.clamp(-MAX_FEEDBACK, MAX_FEEDBACK)
-        said.append((pose, body.contact))
-    return LowerBodyPrediction(*(torch.stack(part) for part in zip(*said, strict=True)))
+        predicted.append((pose, body.contact))
+    return LowerBodyPrediction(*(torch.stack(part) for part in zip(*predicted, strict=True)))
 
 
 @torch.inference_mode()
 def _states(model: LobstrModel, joints: Sequence[TrackerPoses], carried: bool) -> list[torch.Tensor]:
-    """Return the encoder's states in all frames of each clip that have a second behind them, (S, hidden)."""
+    """Return the encoder's states (S, hidden) in all frames of each clip that have a second behind them."""
     model.eval()
     features = [model.normalise(_features(model.spec.inputs, one)) for one in joints]
     if carried or model.spec.encoder not in RECURRENT:
@@ -131,7 +131,7 @@ def _states(model: LobstrModel, joints: Sequence[TrackerPoses], carried: bool) -
 
 
 def _through_clips(model: LobstrModel, features: Sequence[torch.Tensor]) -> list[torch.Tensor]:
-    """Return the same of an encoder that is begun once a clip; clips of like length are run beside each other."""
+    """Return the states of an encoder that is begun once per clip; clips of similar length share a batch."""
     found: dict[int, torch.Tensor] = {}
     order = sorted(range(len(features)), key=lambda clip: len(features[clip]))
     for first in range(0, len(order), BATCH_SIZES[1]):
@@ -143,18 +143,18 @@ def _through_clips(model: LobstrModel, features: Sequence[torch.Tensor]) -> list
 
 
 def _features(kind: str, joints: TrackerPoses) -> torch.Tensor:
-    """Return what is seen of a clip from its second frame on, (T - 1, F)."""
+    """Return the input features (T - 1, F) of a clip from its second frame on."""
     before, now = TrackerPoses(*(part[:-1] for part in joints)), TrackerPoses(*(part[1:] for part in joints))
     return torch.from_numpy(tracker_features(kind, before, now).astype(np.float32))
 
 
 def _true_poses(spec: LobstrSpec, clip: EvaluationClip) -> torch.Tensor:
-    """Return what a network would rightly predict of a clip, (S, 48)."""
+    """Return the target poses (S, 48) of a clip."""
     poses = to_rotation_6d(to_matrix(clip.legs)).reshape(len(clip.legs), -1)
     return torch.from_numpy(pose_targets(spec, poses, clip.joints.rotations[WINDOW_FRAMES:, PELVIS_TRACKER]).astype(np.float32))
 
 
 def _posed(spec: LobstrSpec, body: LowerBodyPrediction, joints: TrackerPoses) -> PredictedLegs:
-    """Return the legs of a clip of which the joints are known in all frames, those before the first prediction included."""
+    """Return the predicted legs of a clip; ``joints`` also hold the frames before the first prediction."""
     legs = leg_matrices(spec, body.pose.double().numpy(), joints.rotations[WINDOW_FRAMES:, PELVIS_TRACKER])
     return PredictedLegs(matrices_to_quaternions(legs), body.contact.numpy().argmax(-1).astype(bool))

@@ -1,6 +1,6 @@
-"""Which findings of the LoBSTr paper (section 4) the rows of its study repeat.
+"""Findings of the LoBSTr paper (section 4) that the rows of its study repeat.
 
-``eval.study.protocol.seed_comparison`` says by what rule. A finding that two rows do not differ is reproduced where they are undecided.
+``eval.study.protocol.seed_comparison`` has the rule. A finding that two rows do not differ is reproduced where they are undecided.
 """
 
 from collections.abc import Mapping, Sequence
@@ -116,7 +116,7 @@ def _representations(ask: ComparedRows) -> Claims:
 def _sitting(ask: ComparedRows) -> Claims:
     """Yield that sitting down is the exception, for two of three users in the paper."""
     measure = "toe_distance_sit_stand"
-    if all(ask.has_measure(user_row(height, "velocity"), measure) for height in USER_HEIGHTS_CM):
+    if all(measure in ask.measures(user_row(height, "velocity")) for height in USER_HEIGHTS_CM):
         compared = [
             ask.claim_better(user_row(height, "pos-ori"), user_row(height, "velocity"), measure, f"{height} cm")
             for height in USER_HEIGHTS_CM
@@ -146,12 +146,12 @@ def _six_point(ask: ComparedRows) -> Claims:
 
 
 def _sign(measure: str) -> float:
-    """Return whether more of a measure is better."""
+    """Return 1 where more of a measure is better, else -1."""
     return 1.0 if _plain(measure) in MORE_IS_BETTER else -1.0
 
 
 def _plain(measure: str) -> str:
-    """Return a measure's name without what it is of."""
+    """Return a measure's name without its suffix."""
     return next((name for name in UNITS if measure.startswith(name)), measure)
 
 

@@ -1,4 +1,4 @@
-"""How the LoBSTr study's page reads: its groups of measures, and what a reader must know."""
+"""Page of the LoBSTr study: groups of measures, and notes for the reader."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -87,12 +87,12 @@ GROUPS = (
 
 
 def lobstr_notes(samples: int, motion: LobstrData, clips: Sequence[EvaluationClip]) -> tuple[str, ...]:
-    """Return what a reader must know.
+    """Return the notes for the reader.
 
     Args:
         samples: Predicted frames of each training.
-        motion: What the trainings share.
-        clips: Of the tests.
+        motion: Motion that all trainings share.
+        clips: Test clips.
     """
     trained = sum(clip.frames for clip in motion.training.clips) / TRACKER_RATE_HZ / 60.0
     kinds: dict[str, Counter[str]] = {}

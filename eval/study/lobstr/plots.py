@@ -1,4 +1,4 @@
-"""Plots of the LoBSTr study, as plotly's figures: errors by encoder, courses of the trainings, virtual users."""
+"""Plots of the LoBSTr study as Plotly figures: errors by encoder, training curves, virtual users."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -28,7 +28,7 @@ OURS, PAPER = "#2f7dc8", "#d98a1f"  # legible on white and on black
 COLOURS = {
     "velocity": "#2f7dc8", "pos-ori": "#d9541f", "combined": "#d9a51f", PERFECT_FEET: "#6b9e5b", LOST_FEET: "#9a7fb8", TRUTH: GREY,
 }  # fmt: skip
-ENCODING = {row: row for row in ENCODERS}  # what a plot calls a row: its name
+ENCODING = {row: row for row in ENCODERS}  # rows by their label in a plot
 LOSSES = {"P": P, "PK": PK, "PKV": GRU}
 CURVE_PLOTS: dict[str, tuple[dict[str, str], tuple[str, ...]]] = {
     "encoders": (ENCODING, ("#6b9e5b", "#9a7fb8", "#d9a51f", "#d9541f", "#2f7dc8")),
@@ -45,8 +45,8 @@ def plot_all(rows: Sequence[Mapping[str, Any]], curves: Mapping[str, Sequence[Ma
     """Return all plots.
 
     Args:
-        rows: Of the study.
-        curves: Of each network's trainings, by seed.
+        rows: Rows of the study.
+        curves: Training curves of each network, by seed.
     """
     by_name = {row["name"]: row for row in rows}
     return [*_tables(by_name), *_courses(curves), *_users(by_name), _six_point(by_name)]
@@ -73,7 +73,7 @@ def _beside_the_paper(rows: Rows, shown: Mapping[str, str], measure: str) -> Fig
 
 
 def _courses(curves: Mapping[str, Sequence[Mapping[str, Curve]]]) -> list[Plot]:
-    """Return how networks do on the held-out performer while they learn, the mean over seeds (figure 3)."""
+    """Return training curves on the held-out performer, the mean over seeds (figure 3)."""
     plots = []
     for what, (shown, colours) in CURVE_PLOTS.items():
         for measure, y_title in (("toe_error_cm", "toe-base error [cm]"), ("contact_accuracy", "contact accuracy [%]")):
@@ -98,7 +98,7 @@ def _users(rows: Rows) -> list[Plot]:
 
 
 def _six_point(rows: Rows) -> Plot:
-    """Return bars by user of LoBSTr and six-point tracking, over all frames and, paler, while a foot is hidden."""
+    """Return bars by user of LoBSTr and six-point tracking: over all frames and, paler, while a foot is hidden."""
     chosen = ("velocity", PERFECT_FEET, LOST_FEET)
     bars = _by_user(rows, chosen, "toe_position_error", "toe-base error [cm]")
     hidden = _by_user(rows, chosen, "toe_position_error_hidden", "")

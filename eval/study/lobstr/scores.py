@@ -1,4 +1,4 @@
-"""How far predicted lower bodies are from the true ones: all measures of the LoBSTr study as plain numbers."""
+"""Measures of the LoBSTr study: distances of predicted lower bodies from the truth, as plain numbers."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
@@ -19,16 +19,16 @@ from eval.metrics.lower_body import (
 )
 from eval.study.lobstr.test_sessions import EvaluationClip, Session
 
-SOURCE_PREFIXES = {"cmu": "cmu", "bandai": "bnr"}  # how the names of their clips begin
+SOURCE_PREFIXES = {"cmu": "cmu", "bandai": "bnr"}  # prefixes of the names of their clips
 Scores = dict[str, float]
 
 
 class PredictedLegs(NamedTuple):
-    """A lower body in all frames that have a second behind them.
+    """Predicted lower body in all frames that have a second behind them.
 
     Attributes:
         legs: Rotations of the eight joints, wxyz, shape (S, 8, 4).
-        contacts: Of the toe-bases, bool, shape (S, 2); None where nothing is said of them.
+        contacts: Ground contacts of the toe-bases, bool, shape (S, 2); None if they are not predicted.
     """
 
     legs: np.ndarray
@@ -36,7 +36,7 @@ class PredictedLegs(NamedTuple):
 
     @property
     def toes(self) -> np.ndarray:
-        """Toe-bases in the pelvis' frame at the standard humanoid's size [m], shape (S, 2, 3)."""
+        """Positions of the toe-bases in the pelvis' frame at the standard humanoid's size [m], shape (S, 2, 3)."""
         return toe_positions(to_matrix(self.legs))
 
 
@@ -54,9 +54,9 @@ def score_sessions(sessions: Sequence[Session], predicted: Sequence[PredictedLeg
     """Return the measures of Table 3 by category, and of its total and figure 6 over all frames of recorded clips.
 
     Args:
-        sessions: Of one or several users.
-        predicted: In each.
-        hidden: When each foot would be hidden from trackers, bool, shape (S, 2) each.
+        sessions: Sessions of one or several users.
+        predicted: Predicted legs in each session.
+        hidden: Whether each foot would be hidden from its tracker, bool, shape (S, 2) each.
     """
     triples = list(zip(sessions, predicted, hidden, strict=True))
     found = weighted_mean([(len(one.legs), _worn_errors(session, one)) for session, one, _ in triples if session.clip.is_recorded])
@@ -92,7 +92,7 @@ def _errors(clip: EvaluationClip, predicted: PredictedLegs) -> Scores:
 
 
 def _worn_errors(session: Session, predicted: PredictedLegs) -> Scores:
-    """Return the measures of a user, at the user's own size."""
+    """Return the measures of a session; distances of toe-bases at the user's own size."""
     true, toes = session.size_ratio * session.clip.toes, float(session.calibration.scale) * predicted.toes
     distances: dict[str, Callable[[np.ndarray, np.ndarray], float]] = {
         "toe_distance_error": toe_distance_error,
@@ -103,7 +103,7 @@ def _worn_errors(session: Session, predicted: PredictedLegs) -> Scores:
 
 
 def _while_hidden(triples: Sequence[tuple[Session, PredictedLegs, np.ndarray]]) -> Scores:
-    """Return the error of toe-bases whose foot is hidden [cm], and of how many frames and feet that is [%], over recorded clips."""
+    """Return the error of toe-bases while their foot is hidden [cm], and the share of hidden frames [%], over recorded clips."""
     errors, masks = [], []
     for session, one, hidden in triples:
         if session.clip.is_recorded:

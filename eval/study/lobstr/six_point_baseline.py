@@ -1,6 +1,6 @@
-"""Six-point tracking, which LoBSTr is held against (section 4.2): two trackers more on the feet, and legs by inverse kinematics.
+"""Six-point tracking, the baseline of LoBSTr (section 4.2): two more trackers on the feet, and legs by inverse kinematics.
 
-What is lost is made up, as nobody has the paper's recordings: how often, for how long and by how much is written here.
+Losses of tracking are simulated, as nobody has the paper's recordings; how often, for how long and by how much are assumptions.
 """
 
 import numpy as np
@@ -16,29 +16,29 @@ from datasets.trackers.trackers import PELVIS_TRACKER, TRACKER_RATE_HZ, TrackerP
 FOOT_BODIES = [BODY_NAMES.index(f"foot_{side}") for side in "lr"]
 _HIPS = SKELETON.offsets[[BODY_NAMES.index(f"thigh_{side}") for side in "lr"]]
 _X, _Y = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
-HIDDEN_PER_MINUTE = 6.0  # times that each foot is hidden behind something
-HIDDEN_DURATION_S = 0.3, 1.5  # for how long
-FROZEN_SHARE = 0.5  # of those times that the tracker says where it was last; else it jumps away
-JUMP_DISTANCE_M = 0.1, 0.5  # m, how far it jumps
-MAX_JUMP_ROTATION_RAD = np.radians(60.0)  # that it is turned by at most
-IMPACT_STD_M = 0.03  # m, standard deviation along each axis of how far the tracker is shaken off when the foot strikes the ground
+HIDDEN_PER_MINUTE = 6.0  # occlusions of each foot
+HIDDEN_DURATION_S = 0.3, 1.5  # shortest and longest occlusion
+FROZEN_SHARE = 0.5  # share of occlusions in which the tracker keeps its last pose; else it jumps away
+JUMP_DISTANCE_M = 0.1, 0.5  # shortest and longest jump
+MAX_JUMP_ROTATION_RAD = np.radians(60.0)
+IMPACT_STD_M = 0.03  # standard deviation along each axis of the tracker's displacement when the foot strikes the ground
 IMPACT_STD_RAD = np.radians(5.0)  # standard deviation about each axis
-IMPACT_DECAY_FRAMES = 2.0  # in which that falls to a third
+IMPACT_DECAY_FRAMES = 2.0  # frames in which the displacement falls to 1/e
 
 
 def foot_poses(motion: BodyMotion) -> TrackerPoses:
-    """Return the poses of both feet in the world, (T, 2, 3) and (T, 2, 4): what trackers tell that are perfectly worn and seen."""
+    """Return the poses of both feet in the world, (T, 2, 3) and (T, 2, 4): those of trackers that are perfectly worn and seen."""
     positions, rotations = body_poses(motion)
     return TrackerPoses(positions[:, FOOT_BODIES], rotations[:, FOOT_BODIES])
 
 
 def occlude_feet(feet: TrackerPoses, strikes: np.ndarray, rng: np.random.Generator) -> tuple[TrackerPoses, np.ndarray]:
-    """Return what the trackers tell where feet strike the ground and are hidden now and then, and when they are hidden (T, 2), bool.
+    """Return the foot trackers' poses with impacts and occlusions, and whether each foot is hidden (T, 2), bool.
 
     Args:
-        feet: Their true poses, positions (T, 2, 3) [m] and rotations (T, 2, 4).
+        feet: True poses of the feet, positions (T, 2, 3) [m] and rotations (T, 2, 4).
         strikes: Whether each foot strikes the ground in a frame, shape (T, 2).
-        rng: Source of chance.
+        rng: Random generator.
     """
     shaken = _shaken(strikes, rng)
     positions = feet.positions + shaken[..., :3]
@@ -59,11 +59,11 @@ def occlude_feet(feet: TrackerPoses, strikes: np.ndarray, rng: np.random.Generat
 def solve_legs_ik(pelvis: TrackerPoses, feet: TrackerPoses) -> np.ndarray:
     """Return the rotations of the eight joints, wxyz (T, 8, 4), that bring the standard humanoid's feet to their trackers.
 
-    Knees point to where foot and pelvis face, halfway in between.
+    Knees point halfway between the directions of foot and pelvis.
 
     Args:
-        pelvis: Poses of the four joints, of which the pelvis counts, shape (T, 4, ...).
-        feet: Of the feet, shape (T, 2, ...).
+        pelvis: Poses of the four joints, of which the pelvis' is used, shape (T, 4, ...).
+        feet: Poses of the feet's trackers, shape (T, 2, ...).
     """
     place, turn = pelvis.positions[:, PELVIS_TRACKER], pelvis.rotations[:, PELVIS_TRACKER]
     legs = np.zeros((len(place), len(LEG_JOINTS), 4))
@@ -82,12 +82,12 @@ def solve_legs_ik(pelvis: TrackerPoses, feet: TrackerPoses) -> np.ndarray:
 
 
 def find_foot_strikes(contacts: np.ndarray) -> np.ndarray:
-    """Return in which frames each contact (T, 2) begins."""
+    """Return whether each contact (T, 2) begins in a frame."""
     return contacts & ~np.concat([contacts[:1], contacts[:-1]])
 
 
 def _shaken(strikes: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Return by how much strikes displace [m] and turn [rad] each foot's tracker, shape (T, 2, 6): at once, and back exponentially."""
+    """Return displacement [m] and rotation [rad] of each foot's tracker by strikes, shape (T, 2, 6): immediate, with exponential decay."""
     scale = np.array([IMPACT_STD_M] * 3 + [IMPACT_STD_RAD] * 3)
     shaken = rng.normal(size=(*strikes.shape, 6)) * scale * strikes[..., None]
     decay = np.exp(-1.0 / IMPACT_DECAY_FRAMES)
@@ -97,7 +97,7 @@ def _shaken(strikes: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 
 def _jump(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Return by how much a hidden tracker is off where it was last: a vector (3,) [m] and a rotation (4,)."""
+    """Return the offset of a hidden tracker from its last pose: a vector (3,) [m] and a rotation (4,)."""
     directions = rng.normal(size=(2, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     away, turn = rng.uniform(*JUMP_DISTANCE_M), rng.uniform(0.0, MAX_JUMP_ROTATION_RAD)

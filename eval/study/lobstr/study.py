@@ -1,10 +1,8 @@
-"""LoBSTr's comparisons (section 4, Tables 1 to 3, figure 6) as one command: trainings, tests, rows beside the paper's values."""
+"""LoBSTr study: the paper's comparisons (section 4, Tables 1 to 3, figure 6) from trainings and tests, rows beside its values."""
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import torch
 from rich.console import Console
@@ -20,21 +18,22 @@ from eval.study.lobstr.evaluate import evaluate_model, predict_mean_pose, score_
 from eval.study.lobstr.findings import lobstr_findings
 from eval.study.lobstr.page import GROUPS, lobstr_notes
 from eval.study.lobstr.plots import plot_all
-from eval.study.lobstr.scores import PredictedLegs, Scores, score_clips
+from eval.study.lobstr.scores import PredictedLegs, score_clips
 from eval.study.lobstr.test_sessions import EvaluationClip, load_unseen_clips, simulate_sessions
 from eval.study.lobstr.user_rows import UserRows
 from eval.study.lobstr.variants import MAJORITY_CLASS, MEAN_POSE, PRETRAINED, REPRESENTATIONS, TRUTH, VARIANTS, Variant
-from eval.study.protocol.page import Study, summarise_seeds
+from eval.study.protocol.page import Row, Study, study_row
+from eval.study.protocol.trainings import schedule_training
 from trainers.runs.run_log import make_console
 from trainers.supervised.lobstr_config import LobstrConfig
 from trainers.supervised.lobstr_data import LobstrData, prepare_lobstr_data
 
 CONFIG = "lobstr"
 NUM_SEEDS = 3
-TRAINING_FRAMES = 120 * 64 * 46  # predicted frames of each training: a minute of a core for a GRU
+TRAINING_FRAMES = 120 * 64 * 46  # predicted in each training: a minute of a core for a GRU
 NUM_EVALUATIONS = 10  # of each training on its held-out performer
 COMMON_OVERRIDES = (
-    "model.upright=false",  # as in the paper, like all below but what is said of batches
+    "model.upright=false",  # as in the paper, like all below except batches
     "data.mirror=false", "data.synthetic_sets=0", "data.tempo_takes=1",
     "learner.position_noise_m=0.01", "learner.rotation_noise_deg=1.5", "learner.placement_std_m=0",
     "learner.pose_weight=1", "learner.kinematics_weight=0.1", "learner.velocity_weight=0.1", "learner.contact_weight=1e-6",
@@ -43,11 +42,10 @@ COMMON_OVERRIDES = (
     "minutes=0", "learner.threads=1",
 )  # fmt: skip
 LobstrRun = Training[LobstrConfig]
-Row = dict[str, Any]
 
 
 def lobstr_study(data: Path, out: Path) -> Study:
-    """Return the study; its trainings stay in ``out`` and are not repeated.
+    """Return the LoBSTr study; its trainings stay in ``out`` and are not repeated.
 
     Args:
         data: Folder of real motion.
@@ -70,22 +68,16 @@ def lobstr_study(data: Path, out: Path) -> Study:
 
 
 def _training(variant: Variant, seed: int, data: Path, out: Path) -> LobstrRun:
-    """Return one run of a network; nothing but the run's own seed tells the seeds apart."""
-    overrides = (
-        *COMMON_OVERRIDES,
-        *variant.overrides,
-        f"data.motions={(data / TRAIN_FOLDER).resolve()}",
-        f"samples={TRAINING_FRAMES}",
-        f"seed={seed}",
-    )
+    """Return one run of a network."""
+    overrides = (*COMMON_OVERRIDES, *variant.overrides, f"data.motions={(data / TRAIN_FOLDER).resolve()}")
     run = Training(LOBSTR_PROGRAM, CONFIG, overrides, run_name(variant.name, seed), out.resolve() / "runs")
-    learner = run.resolve_config().learner
-    every = max(1, -(-TRAINING_FRAMES // (learner.batch * learner.predicted_frames) // NUM_EVALUATIONS))
-    return replace(run, overrides=(*overrides, f"evaluate_every={every}", f"checkpoint_every={every}"))
+    return schedule_training(
+        run, seed, TRAINING_FRAMES, lambda config: config.learner.batch * config.learner.predicted_frames, NUM_EVALUATIONS
+    )
 
 
 def _train(runs: Sequence[LobstrRun], console: Console) -> LobstrData:
-    """Run what is not done, and return the motion that all share, which is prepared once."""
+    """Run the trainings that are not done; return the motion that all share, which is prepared once."""
     with console.status("preparing motion"):
         motion = prepare_lobstr_data(runs[0].resolve_config().data, runs[0].runs / "cache", console.print)
     train_all(runs, console)
@@ -93,7 +85,7 @@ def _train(runs: Sequence[LobstrRun], console: Console) -> LobstrData:
 
 
 def _rows(runs: Mapping[str, Sequence[LobstrRun]], motion: LobstrData, clips: Sequence[EvaluationClip], console: Console) -> list[Row]:
-    """Return the rows of all networks and of what needs none, with perfect trackers, and then those of the virtual users."""
+    """Return the rows of all networks and baselines with perfect trackers, then those of the virtual users."""
     rows: list[Row] = []
     users = UserRows(simulate_sessions(clips))
     names = {row: how for how, row in REPRESENTATIONS.items()}
@@ -104,17 +96,13 @@ def _rows(runs: Mapping[str, Sequence[LobstrRun]], motion: LobstrData, clips: Se
             seeds.append(evaluate_model(model, clips) | training_cost(run))
             if variant.name in names:
                 users.add(names[variant.name], model, seeds[-1])
-        row = _row(variant.name, seeds, variant.published)
+        row = study_row(variant.name, seeds, variant.published)
         rows.append(row | {"config": CONFIG, "overrides": list(runs[variant.name][0].overrides)})
-    rows.append(_row(MAJORITY_CLASS, [score_majority_class(motion, clips)]))
-    rows.append(_row(MEAN_POSE, [score_clips(clips, predict_mean_pose(motion, clips))]))
-    rows.append(_row(TRUTH, [{"body_movement": score_clips(clips, [PredictedLegs(clip.legs) for clip in clips])["body_movement"]}]))
+    rows.append(study_row(MAJORITY_CLASS, [score_majority_class(motion, clips)]))
+    rows.append(study_row(MEAN_POSE, [score_clips(clips, predict_mean_pose(motion, clips))]))
+    rows.append(study_row(TRUTH, [{"body_movement": score_clips(clips, [PredictedLegs(clip.legs) for clip in clips])["body_movement"]}]))
     model, card = LobstrModel.load(PRETRAINED_LOBSTR)
     shipped = evaluate_model(model, clips) | {"samples": float(card["frames"]), "minutes": 60.0 * card["hours"]}
-    rows.append(_row(PRETRAINED, [shipped]))
+    rows.append(study_row(PRETRAINED, [shipped]))
     users.add(PRETRAINED, model, shipped)
-    return [*rows, *(_row(*row) for row in users.rows())]
-
-
-def _row(name: str, seeds: Sequence[Scores], published: dict[str, float] | None = None) -> Row:
-    return {"name": name, "ours": summarise_seeds(seeds), "published": published or {}}
+    return [*rows, *(study_row(*row) for row in users.rows())]

@@ -1,4 +1,4 @@
-"""What LoBSTr is tested on: clips of performers that no training saw, and virtual users of other sizes who wear trackers as people do."""
+"""Test clips of LoBSTr, of performers that no training saw, and sessions of virtual users of other sizes with displaced trackers."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -21,11 +21,11 @@ from datasets.trackers.virtual_user import draw_tracker_placement, simulate_t_po
 from eval.recordings import TEST_FOLDERS
 from eval.study.lobstr.variants import USER_HEIGHTS_CM
 
-SITTING_PERFORMERS = 1000, 2  # seed and number of made-up people who sit down: no recorded test clip does
-WEARINGS_PER_USER = 3  # times that each user puts the trackers on
+SITTING_PERFORMERS = 1000, 2  # seed and number of synthetic performers who sit down: no recorded test clip does
+WEARINGS_PER_USER = 3  # tracker placements of each user
 T_POSE_SECONDS = 1.0
 FREE = "free"
-CATEGORY_BY_KIND = {  # Table 3's categories by what a clip's kind is; anything else is free
+CATEGORY_BY_KIND = {  # Table 3's category by a clip's kind; any other kind is free
     "walk": "walk", "turn": "walk", "run": "run", "jog": "run", "dash": "run", "sit": "sit_stand", "squat": "sit_stand",
     "raise": "static", "wave": "static", "bow": "static", "bye": "static", "stand": "static",
 }  # fmt: skip
@@ -33,15 +33,15 @@ CATEGORY_BY_KIND = {  # Table 3's categories by what a clip's kind is; anything 
 
 @dataclass(frozen=True)
 class EvaluationClip:
-    """A clip at 45 Hz and what is true of its legs from the first frame on that has a second behind it."""
+    """Test clip at 45 Hz, with the truth about its legs in all frames that have a second behind them."""
 
-    __test__ = False  # whatever its name is
+    __test__ = False  # no test case of pytest
 
     motion: BodyMotion
 
     @cached_property
     def joints(self) -> TrackerPoses:
-        """Of the joints that wear trackers, in all T frames."""
+        """Poses of the joints with trackers, in all T frames."""
         return tracker_poses(self.motion)
 
     @cached_property
@@ -51,36 +51,36 @@ class EvaluationClip:
 
     @cached_property
     def toes(self) -> np.ndarray:
-        """Toe-bases in the pelvis' frame [m], shape (T - 45, 2, 3)."""
+        """Positions of the toe-bases in the pelvis' frame [m], shape (T - 45, 2, 3)."""
         return toe_positions(to_matrix(self.legs))
 
     @cached_property
     def contacts(self) -> np.ndarray:
-        """Of the toe-bases, bool, shape (T - 45, 2)."""
+        """Ground contacts of the toe-bases, bool, shape (T - 45, 2)."""
         return toe_contacts(self.motion)[WINDOW_FRAMES:]
 
     @property
     def category(self) -> str:
-        """Of Table 3."""
+        """Category of Table 3."""
         return CATEGORY_BY_KIND.get(self.motion.kind, FREE)
 
     @property
     def is_recorded(self) -> bool:
-        """Whether somebody really moved so."""
+        """Whether the clip was recorded rather than synthesised."""
         return self.motion.system != SYNTHETIC_SOURCE
 
 
 @dataclass(frozen=True)
 class Session:
-    """A clip as performed by a virtual user.
+    """Clip as performed by a virtual user.
 
     Attributes:
-        clip: What is performed.
-        height_cm: Of the user [cm].
-        size_ratio: Of the user over the standard humanoid's.
-        calibration: From the user's T-pose.
-        trackers: What the four tell, at the user's size.
-        seed: Of whatever else is random in it.
+        clip: Clip that is performed.
+        height_cm: Height of the user [cm].
+        size_ratio: Size of the user over the standard humanoid's.
+        calibration: Calibration from the user's T-pose.
+        trackers: Poses of the four trackers, at the user's size.
+        seed: Seed of everything else that is random in the session.
     """
 
     clip: EvaluationClip
@@ -91,7 +91,7 @@ class Session:
     seed: tuple[int, ...]
 
     def joints(self, compensate_positions: bool) -> TrackerPoses:
-        """Return what stands for the four joints on the standard humanoid: its places compensated as well, or rotations alone."""
+        """Return the poses of the four joints on the standard humanoid, with rotations alone or places compensated as well."""
         return (
             calibrated_joint_poses(self.calibration, self.trackers)
             if compensate_positions
@@ -100,7 +100,7 @@ class Session:
 
 
 def load_unseen_clips(data: Path) -> list[EvaluationClip]:
-    """Return recorded clips on level ground that have a second and more, and made-up people who sit down and squat.
+    """Return recorded clips on level ground that are longer than a second, and synthetic clips of sitting down and squatting.
 
     Raises:
         InputError: If a folder is not there.
@@ -114,7 +114,7 @@ def load_unseen_clips(data: Path) -> list[EvaluationClip]:
 
 
 def simulate_sessions(clips: Iterable[EvaluationClip]) -> list[Session]:
-    """Return all clips by all users, each of whom wears the trackers in ``WEARINGS_PER_USER`` ways; seeds are fixed."""
+    """Return the sessions of all clips by all users, each with ``WEARINGS_PER_USER`` tracker placements; seeds are fixed."""
     sessions = []
     clips = list(clips)
     for height in USER_HEIGHTS_CM:

@@ -1,4 +1,4 @@
-"""Rows of virtual users: every network, six-point tracking and the truth, for each of the users by themselves (Table 3, figure 6, 4.2)."""
+"""Rows of the virtual users: every network, six-point tracking and the truth, by user (Table 3, figure 6, section 4.2)."""
 
 from collections.abc import Iterator, Sequence
 
@@ -10,10 +10,10 @@ from eval.study.lobstr.variants import LOST_FEET, PERFECT_FEET, POSITIONS_SUFFIX
 
 
 class UserRows:
-    """Gathers what is measured of users, seed by seed."""
+    """Gathers the measures of the users, seed by seed."""
 
     def __init__(self, sessions: Sequence[Session]) -> None:
-        """Take what the users perform, and what six-point tracking makes of it."""
+        """Score six-point tracking and the truth on the users' sessions."""
         self._sessions = {height: [one for one in sessions if one.height_cm == height] for height in USER_HEIGHTS_CM}
         self._hidden = {}
         self._found: dict[tuple[int, str], list[Scores]] = {}
@@ -24,12 +24,12 @@ class UserRows:
             self._score(height, TRUTH, [PredictedLegs(one.clip.legs) for one in own])
 
     def add(self, how: str, model: LobstrModel, perfect: Scores) -> None:
-        """Take one seed of a network, its state carried as live: rotations of trackers compensated alone, and their places too.
+        """Score one seed of a network, its state carried as live, with rotations compensated alone and with places as well.
 
         Args:
-            how: What tells its rows from others.
-            model: Trained.
-            perfect: What was measured of it with perfect trackers.
+            how: Name of the network's rows behind the user's.
+            model: Trained model.
+            perfect: Measures of the model with perfect trackers.
         """
         for height, own in self._sessions.items():
             for places in (False, True):
@@ -38,7 +38,7 @@ class UserRows:
                 scores["toe_position_growth"] = scores["toe_position_error"] - own[0].size_ratio * perfect["toe_position_error_carried"]
 
     def rows(self) -> Iterator[tuple[str, list[Scores], dict[str, float]]]:
-        """Yield name, seeds and published values of each row, user by user, networks first."""
+        """Yield the name, the seeds and the published values of each row, user by user, networks first."""
         ordered = sorted(self._found.items(), key=lambda one: one[0][1] in (PERFECT_FEET, LOST_FEET, TRUTH))
         for height in USER_HEIGHTS_CM:
             for (whose, how), seeds in ordered:

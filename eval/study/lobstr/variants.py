@@ -1,4 +1,4 @@
-"""The networks that the LoBSTr study trains: what of the paper each repeats, and the values printed there."""
+"""Networks that the LoBSTr study trains, each with its overrides of the config and the paper's values."""
 
 from dataclasses import dataclass, field
 
@@ -8,28 +8,28 @@ P, PK = "GRU, losses P", "GRU, losses PK"
 POSE, COMBINED = "GRU, position and orientation", "GRU, combined"
 UPRIGHT = "GRU, upright"  # beyond the paper
 ENCODERS = (FC, CNN, RNN, LSTM, GRU)
-REPRESENTATIONS = {"velocity": GRU, "pos-ori": POSE, "combined": COMBINED}  # as Table 3 calls them, and the row that is trained so
+REPRESENTATIONS = {"velocity": GRU, "pos-ori": POSE, "combined": COMBINED}  # Table 3's name, and the row that is trained with it
 MAJORITY_CLASS, MEAN_POSE, TRUTH = "always the commoner class", "mean pose", "truth"
 PRETRAINED = "as shipped"
 PERFECT_FEET, LOST_FEET = "six-point", "six-point, feet lost"
-POSITIONS_SUFFIX = ", places compensated"  # at the end of the names of rows whose trackers are brought to where the joints are
-USER_HEIGHTS_CM = (157, 171, 184)  # cm, of the virtual users
+POSITIONS_SUFFIX = ", places compensated"  # of rows whose trackers' places are brought to those of the joints
+USER_HEIGHTS_CM = (157, 171, 184)  # heights of the virtual users
 TABLE_1 = {
     "contact_accuracy": 85.77,
     "rotational_error": 8.53,
     "toe_position_error": 6.63,
-}  # its measures, and what the paper's own reaches
+}  # measures, and what the paper's own network reaches
 CATEGORIES = ("walk", "run", "sit_stand", "carry", "static", "free", "total")  # columns of Table 3
 
 
 @dataclass(frozen=True)
 class Variant:
-    """One network of the study.
+    """Network of the study.
 
     Attributes:
         name: Row of the tables.
-        overrides: Of the config, that tell it from the other rows.
-        published: The paper's values.
+        overrides: Overrides of the config that distinguish the row from the others.
+        published: Values of the paper.
     """
 
     name: str

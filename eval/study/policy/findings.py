@@ -1,6 +1,6 @@
-"""Which findings of the thesis's section 4.5 the rows of the policy studies repeat.
+"""Findings of the thesis's section 4.5 that the rows of the policy studies repeat.
 
-``eval.study.protocol.seed_comparison`` says by what rule.
+``eval.study.protocol.seed_comparison`` has the rule.
 """
 
 from collections.abc import Mapping, Sequence
@@ -60,7 +60,7 @@ def _configuration(rows: ComparedRows) -> Claims:
 
 
 def _sign(measure: str) -> float:
-    """Return whether more of a measure is better."""
+    """Return 1 where more of a measure is better, else -1."""
     return -1.0 if measure.removeprefix(RECORDED_PREFIX) == ROOT_MSE else 1.0
 
 

@@ -1,4 +1,4 @@
-"""How the pages of the policy studies read: groups of measures, courses of the trainings, and what a reader must know."""
+"""Pages of the policy studies: groups of measures, training curves, and notes for the reader."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -53,14 +53,14 @@ GROUPS = (
 
 
 def policy_notes(config: PpoConfig, steps: int, seeds: int, held_out: str, tested: Sequence[UnseenClips]) -> tuple[str, ...]:
-    """Return what a reader must know.
+    """Return the notes for the reader.
 
     Args:
-        config: Of the first training.
+        config: Run configuration of the first training.
         steps: Control steps of each training.
         seeds: Trainings of each row.
-        held_out: Performer who selects models.
-        tested: Clips of the tests.
+        held_out: Performer whose clips select models.
+        tested: Test clips.
     """
     windows = sum(len(set(one.rollouts.window.tolist())) for one in tested if one.through_suit)
     additions = [f"{key}={value}" for key, value in asdict(config.task).items() if value != getattr(MimicSpec(), key)]
@@ -90,10 +90,10 @@ def policy_notes(config: PpoConfig, steps: int, seeds: int, held_out: str, teste
 
 
 def plot_training_curves(curves: Mapping[str, Sequence[Mapping[str, Curve]]]) -> list[Plot]:
-    """Return how each row does on the held-out performer while it learns, the mean over seeds (thesis figures 4.5 and 4.7).
+    """Return training curves of the rows on the held-out performer, the mean over seeds (thesis figures 4.5 and 4.7).
 
     Args:
-        curves: By row, the curves of each seed.
+        curves: Training curves of each seed, by row.
     """
     plots = []
     for measure in MEASURES:

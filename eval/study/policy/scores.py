@@ -1,4 +1,4 @@
-"""What the policy studies measure of a policy: Table 4.4 through simulated suits and as recorded, over all rollouts and by folder."""
+"""Measures of the policy studies: Table 4.4 through simulated suits and as recorded, over all rollouts and by folder."""
 
 from collections.abc import Sequence
 
@@ -12,17 +12,17 @@ from trainers.evaluation.protocol import PolicyFn, evaluate_rollouts
 MEASURES = ("episode_length_ratio", "sr90", "root_mse", "max_reward_ratio")  # of Table 4.4
 FOLDER_MEASURES = ("episode_length_ratio", "sr90")
 ROOT_MSE_TRUTH = "root_mse_truth"
-RECORDED_PREFIX = "recorded_"  # before the names of what is measured on clips as recorded; the table's are through suits
+RECORDED_PREFIX = "recorded_"  # of measures on clips as recorded; the table's are through suits
 Scores = dict[str, float]
 
 
 def score_policy(act: PolicyFn, spec: MimicSpec, tested: Sequence[UnseenClips], threads: int) -> Scores:
-    """Return means over all rollouts and, but for a share, their standard deviation; means over those of each folder.
+    """Return means and, except for shares, standard deviations over all rollouts, and means over the rollouts of each folder.
 
     Args:
-        act: The policy.
-        spec: Variant of the task that it was trained for.
-        tested: Clips, all through suits and all as recorded.
+        act: Policy.
+        spec: Variant of the task that the policy was trained for.
+        tested: Test clips, all through suits and all as recorded.
         threads: Native threads.
     """
     scores: Scores = {}
@@ -41,7 +41,7 @@ def score_policy(act: PolicyFn, spec: MimicSpec, tested: Sequence[UnseenClips], 
 
 
 def data_size(motions: PreparedMotions) -> Scores:
-    """Return how many recordings a training learns from, and how many frames they hold."""
+    """Return the number of recordings that a training learns from, and of their frames."""
     drawn = [clip for clip, weight in zip(motions.training.clips, motions.weights, strict=True) if weight > 0.0]
     recordings = {clip.name.partition("#")[0] + clip.system for clip in drawn}
     return {"assets": float(len(recordings)), "frames": float(sum(clip.frames for clip in drawn))}

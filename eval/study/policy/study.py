@@ -1,10 +1,8 @@
-"""The thesis's two studies of policies (Table 4.4, section 4.5): which data they learn from, and what they observe and correct."""
+"""Policy studies (thesis Table 4.4, section 4.5): training data, and observed bodies and corrected joints."""
 
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import torch
 from rich.console import Console
@@ -20,7 +18,8 @@ from eval.study.policy.page import GROUPS, plot_training_curves, policy_notes
 from eval.study.policy.scores import Scores, data_size, score_policy
 from eval.study.policy.test_clips import TRAIN_FOLDER, UnseenClips, load_unseen_clips, split_half
 from eval.study.policy.variants import CONFIGURATION, MIXTURE, UNTRAINED, Variant
-from eval.study.protocol.page import Study, summarise_seeds
+from eval.study.protocol.page import Row, Study, study_row
+from eval.study.protocol.trainings import schedule_training
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.data.training_motions import prepare_motions
 from trainers.evaluation.protocol import zero_residual
@@ -28,7 +27,7 @@ from trainers.runs.run_log import make_console
 
 CONFIG = "mixed"
 NUM_SEEDS = 2
-TOTAL_CONTROL_STEPS = 4_800_000  # control steps of a whole study, the same for each of its trainings: about 35 minutes of one core
+TOTAL_CONTROL_STEPS = 4_800_000  # of a whole study, shared out equally to its trainings: about 35 minutes of one core
 NUM_EVALUATIONS = 5  # of each training on its held-out performer
 COMMON_OVERRIDES = (
     "minutes=0",  # by samples alone
@@ -36,7 +35,6 @@ COMMON_OVERRIDES = (
     "data.reward_target=observed", "data.synthetic_sets=0", "data.mirror=false", "task.foot_slip=0", "task.action_rate=0",  # thesis
 )  # fmt: skip
 PolicyRun = Training[PpoConfig]
-Row = dict[str, Any]
 
 
 def mixture_study(data: Path, out: Path) -> Study:
@@ -78,19 +76,10 @@ def _study(name: str, variants: Sequence[Variant], find: Callable[[Sequence[Row]
 
 
 def _training(variant: Variant, seed: int, steps: int, motions: Path, held_out: str, out: Path) -> PolicyRun:
-    """Return one run of a row; nothing but the run's own seed tells the seeds apart."""
-    overrides = (
-        *COMMON_OVERRIDES,
-        *variant.overrides,
-        f"data.motions={motions}",
-        f"data.holdout={held_out}",
-        f"samples={steps}",
-        f"seed={seed}",
-    )
+    """Return one run of a row."""
+    overrides = (*COMMON_OVERRIDES, *variant.overrides, f"data.motions={motions}", f"data.holdout={held_out}")
     run = Training(PPO_PROGRAM, CONFIG, overrides, run_name(variant.name, seed), out / "runs")
-    collect = run.resolve_config().collect
-    every = max(1, -(-steps // (collect.envs * collect.horizon) // NUM_EVALUATIONS))
-    return replace(run, overrides=(*overrides, f"evaluate_every={every}", f"checkpoint_every={every}"))
+    return schedule_training(run, seed, steps, lambda config: config.collect.envs * config.collect.horizon, NUM_EVALUATIONS)
 
 
 def _rows(
@@ -100,7 +89,7 @@ def _rows(
     tested: Sequence[UnseenClips],
     console: Console,
 ) -> list[Row]:
-    """Return the rows, and one of the policy that corrects nothing."""
+    """Return the rows, and one of the zero residual."""
     threads = os.cpu_count() or 1  # of the physics; the networks are too small to be shared out
     torch.set_num_threads(1)
     rows: list[Row] = []
@@ -109,8 +98,8 @@ def _rows(
         for training in runs[variant.name]:
             run = load_run(training.folder)
             seeds.append(score_policy(run.policy.act, run.spec, tested, threads) | training_cost(training) | sizes[variant.name])
-        row = {"name": variant.name, "ours": summarise_seeds(seeds), "published": variant.published}
+        row = study_row(variant.name, seeds, variant.published)
         rows.append(row | {"config": CONFIG, "overrides": list(runs[variant.name][0].overrides)})
     spec = runs[variants[0].name][0].resolve_config().task
     nothing = score_policy(zero_residual(spec), spec, tested, threads)
-    return [*rows, {"name": UNTRAINED, "ours": summarise_seeds([nothing]), "published": {}}]
+    return [*rows, study_row(UNTRAINED, [nothing])]

@@ -1,4 +1,4 @@
-"""Clips of the policy studies: those of each training set, and those of performers that no training saw."""
+"""Clips of the policy studies: the training sets, and test clips of performers that no training saw."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
@@ -18,13 +18,13 @@ Log = Callable[[str], None]
 
 @dataclass(frozen=True)
 class UnseenClips:
-    """Clips that policies are tested on.
+    """Test clips of one folder, through suits or as recorded.
 
     Attributes:
         source: "cmu" or "bandai".
-        through_suit: Whether they are seen through simulated suits, else as recorded.
-        library: The clips.
-        rollouts: Of the protocol.
+        through_suit: Whether the clips go through simulated suits, else they are as recorded.
+        library: Library of the clips.
+        rollouts: Rollouts of the evaluation protocol.
         too_short: Names of the clips that the protocol leaves out.
     """
 
@@ -36,10 +36,10 @@ class UnseenClips:
 
 
 def choose_half(clips: Iterable[ClipInfo]) -> set[str]:
-    """Return the names of about half of the frames of all performers: in turns, by performer and name.
+    """Return the names of clips that make up about half of the frames, chosen in turns by performer and name.
 
     Args:
-        clips: As recorded; pieces of one recording count as one, under its name.
+        clips: Clips as recorded; pieces of one recording count as one, under its name.
     """
     frames: dict[tuple[str, str], int] = {}
     for clip in clips:
@@ -56,13 +56,13 @@ def choose_half(clips: Iterable[ClipInfo]) -> set[str]:
 
 
 def split_half(config: DataConfig, folder: Path, cache: Path, log: Log) -> tuple[str, set[str]]:
-    """Leave half of the training clips in a folder of their own; return the performer who is held out, and all performers.
+    """Link half of the training clips in a folder of their own; return the held-out performer, and all performers.
 
     Args:
-        config: Of the trainings with all clips.
-        folder: Of the half.
+        config: Data configuration of the trainings with all clips.
+        folder: Folder of the half.
         cache: Folder of prepared motion.
-        log: Told in a line what happens.
+        log: Called with each line of progress.
     """
     whole = prepare_motions(config, cache, log)
     link_half(whole, Path(config.motions), folder)
@@ -70,12 +70,12 @@ def split_half(config: DataConfig, folder: Path, cache: Path, log: Log) -> tuple
 
 
 def link_half(whole: PreparedMotions, source: Path, folder: Path) -> None:
-    """Fill a folder with links to half of the recordings of a folder, and to all of the performer who is held out.
+    """Fill a folder with links to half of the recordings of a folder, and to all of the held-out performer.
 
     Args:
-        whole: What the source holds.
+        whole: Prepared motion of the source.
         source: Folder of recordings.
-        folder: Of the links.
+        folder: Folder of the links.
     """
     wanted = choose_half(clip for clip in whole.training.clips if clip.system != SUIT)
     wanted |= {clip.name.partition("#")[0] for clip in whole.holdout.clips}
@@ -93,10 +93,10 @@ def load_unseen_clips(data: Path, config: DataConfig, performers: set[str], cach
 
     Args:
         data: Folder of real motion.
-        config: Of the trainings, whose suits and roots these are.
-        performers: Of all training clips.
+        config: Data configuration of the trainings, which sets suits and roots.
+        performers: Performers of all training clips.
         cache: Folder of prepared motion.
-        log: Told in a line what happens.
+        log: Called with each line of progress.
 
     Raises:
         InputError: If a folder holds no clip of an unseen performer that is long enough.

@@ -1,4 +1,4 @@
-"""The policies that the two policy studies train: what of Table 4.4 each repeats, and the values printed there."""
+"""Policies that the two policy studies train, each with its overrides of the config and its row of Table 4.4."""
 
 from dataclasses import dataclass
 
@@ -10,13 +10,13 @@ UNTRAINED = "zero residual, no policy"
 
 @dataclass(frozen=True)
 class Variant:
-    """One row of a study.
+    """Row of a study.
 
     Attributes:
-        name: Of the row.
-        uses_all_clips: Whether it learns from all clips; else from half of them.
-        overrides: Of the config, that tell it from the other rows.
-        published: Its row of Table 4.4.
+        name: Name of the row.
+        uses_all_clips: Whether the policy learns from all clips, else from half of them.
+        overrides: Overrides of the config that distinguish the row from the others.
+        published: Values of Table 4.4.
     """
 
     name: str
@@ -26,9 +26,9 @@ class Variant:
 
 
 def _table_4_4(*values: float | None) -> dict[str, float]:
-    """Return a row of the table by measure, without what is lost (ERRATA).
+    """Return a row of the table by measure, without lost values (docs/errata.md).
 
-    Its root MSE, "per frame in m", is another quantity than eq. 4.12 (ERRATA): it keeps a name of its own.
+    Its root MSE, "per frame in m", is another quantity than eq. 4.12 (docs/errata.md): it keeps a name of its own.
     """
     names = (
         "assets", "frames", "episode_length_ratio", "episode_length_ratio_std", "sr90", "root_mse_as_printed", "root_mse_as_printed_std",

@@ -1,4 +1,4 @@
-"""A study as a page and as text: groups of measures as tables, ours beside the published values, findings and plots."""
+"""Study results as an HTML page and as text: tables of measures, ours beside the published values, findings and plots."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -7,23 +7,24 @@ from typing import Any, NamedTuple
 from eval.pages.page import number, render_page
 
 Summary = dict[str, float]  # mean, std, seeds
+Row = dict[str, Any]  # of study.json: name, ours (by measure), published (by measure)
 
 
 class Measure(NamedTuple):
-    """How a measure is printed."""
+    """Unit and description of a measure, as printed."""
 
     unit: str
     text: str
 
 
 class Group(NamedTuple):
-    """Measures that are read together: one table, with the rows that have one of them.
+    """Table of measures that are read together, with the rows that have at least one of them.
 
     Attributes:
-        heading: Of the table.
-        reading: How to read it, in a sentence or two.
-        measures: By id.
-        rows: How the names of its rows begin.
+        heading: Heading of the table.
+        reading: Sentence or two on how to read it.
+        measures: Measures by id.
+        rows: Prefixes of the names of its rows.
     """
 
     heading: str
@@ -33,12 +34,12 @@ class Group(NamedTuple):
 
 
 class Plot(NamedTuple):
-    """A plot.
+    """Plot on the page of a study.
 
     Attributes:
-        section: Plots of the same section stand together.
-        title: Of the plot.
-        figure: Plotly's, plain data; the page replaces the colour "text" by that of its text.
+        section: Heading under which the plot stands.
+        title: Title of the plot.
+        figure: Plotly figure as plain data; the page replaces the colour "text" by that of its text.
     """
 
     section: str
@@ -48,13 +49,13 @@ class Plot(NamedTuple):
 
 @dataclass(frozen=True)
 class Study:
-    """What a study found.
+    """Results of a study.
 
     Attributes:
-        table: What ``study.json`` holds: study, rows and findings.
+        table: Content of ``study.json``: study, rows and findings.
         groups: Tables of the page, the first of which the terminal shows too; one table of everything if empty.
-        plots: Pictures of it.
-        notes: What a reader must know.
+        plots: Plots of the page.
+        notes: Paragraphs that a reader must know.
     """
 
     table: dict[str, Any]
@@ -63,20 +64,25 @@ class Study:
     notes: Sequence[str] = field(default=())
 
 
+def study_row(name: str, seeds: Sequence[Mapping[str, float]], published: Mapping[str, float] | None = None) -> Row:
+    """Return a row of ``study.json``: the summary over seeds, or whatever else is repeated, beside the published values."""
+    return {"name": name, "ours": summarise_seeds(seeds), "published": published or {}}
+
+
 def summarise_seeds(seeds: Sequence[Mapping[str, float]]) -> dict[str, Summary]:
-    """Return mean and standard deviation over seeds of each measure that all of them have."""
+    """Return the mean and standard deviation over seeds of each measure that all seeds have."""
     shared = [key for key in seeds[0] if all(key in one for one in seeds)]
     return {key: mean_and_std([one[key] for one in seeds]) for key in shared}
 
 
 def mean_and_std(values: Sequence[float]) -> Summary:
-    """Return mean, standard deviation and how many values there are."""
+    """Return the mean, the standard deviation and the number of values."""
     mean = sum(values) / len(values)
     return {"mean": float(mean), "std": float((sum((x - mean) ** 2 for x in values) / len(values)) ** 0.5), "seeds": len(values)}
 
 
 def study_page(study: Study) -> str:
-    """Return the page as HTML."""
+    """Return the page of a study as HTML."""
     sections: dict[str, list[Plot]] = {}
     for plot in study.plots:
         sections.setdefault(plot.section, []).append(plot)
@@ -95,9 +101,9 @@ def study_text(table: Mapping[str, Any], measures: Collection[str] = (), rows: t
     """Return a study as text: one block a row, one line a measure, then the findings.
 
     Args:
-        table: What ``study.json`` holds.
-        measures: Those that are shown; all if empty.
-        rows: How the names of those that are shown begin.
+        table: Content of ``study.json``.
+        measures: Measures to show; all if empty.
+        rows: Prefixes of the names of the rows to show.
     """
     lines = []
     for row in (row for row in table["rows"] if row["name"].startswith(rows)):

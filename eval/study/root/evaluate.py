@@ -1,4 +1,4 @@
-"""Runs root models, and what needs no training, over the test takes and the real walk."""
+"""Evaluation of root models, and of baselines without training, on the test takes and the real walk."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -21,12 +21,12 @@ FILTERED_MEASURES = ("e_mse", "drift", "distance_ratio", "stairs_error")  # meas
 
 
 class ModelEvaluation(NamedTuple):
-    """What was measured of one model.
+    """Test results of one model.
 
     Attributes:
-        poses: That it was tested on.
-        scores: Every measure.
-        paths: Of the takes with these poses.
+        poses: Kind of poses that the model was tested on.
+        scores: All measures.
+        paths: Predicted paths of the takes with these poses.
     """
 
     poses: str
@@ -35,13 +35,13 @@ class ModelEvaluation(NamedTuple):
 
 
 def evaluate_model(model: RootModel, poses: str, takes: TakesByPose, walk: RealWalk) -> ModelEvaluation:
-    """Return everything that is measured of a model.
+    """Return all test results of a model.
 
     Args:
-        model: Trained.
-        poses: That it is tested on; with those of suits Root3D is tried on the real walk as well.
+        model: Trained model.
+        poses: Kind of poses to test on; with those of suits Root3D is tested on the real walk as well.
         takes: All test takes.
-        walk: The real one.
+        walk: Real walk.
     """
     tested = takes[poses]
     paths = predict_paths(model, tested)
@@ -60,12 +60,12 @@ def evaluate_model(model: RootModel, poses: str, takes: TakesByPose, walk: RealW
 
 
 def predict_paths(model: RootModel, takes: Iterable[EvaluationTake], order: int = FULL_ORDER) -> list[np.ndarray]:
-    """Return the path (N, 3) [m] that a model reads from each take; all begin where the truth begins."""
+    """Return the path (N, 3) [m] that a model predicts for each take; all begin where the truth begins."""
     return [predict_root_path(model, take.frames, take.truth.root_position[0], order) for take in takes]
 
 
 def evaluate_baselines(takes: TakesByPose, walk: RealWalk) -> dict[str, ModelEvaluation]:
-    """Return what is measured of a root that never moves, of the simulated suit's own, and of the models in the package."""
+    """Return the results of a root that never moves, of the simulated suit's own root, and of the models in the package."""
     still = [stationary_path(take.truth.root_position) for take in takes[OPTICAL_POSES]]
     own = [take.observed.root_position for take in takes[IMU_POSES]]
     found = {
@@ -83,7 +83,7 @@ def evaluate_baselines(takes: TakesByPose, walk: RealWalk) -> dict[str, ModelEva
 
 
 def evaluate_walk_baselines(walk: RealWalk) -> dict[str, Scores]:
-    """Return the same measures of the real walk for what needs no model."""
+    """Return the measures of the real walk for baselines without a model."""
     return {
         "the real walk, motionless": score_walk(stationary_path(walk.truth), walk.truth),
         WALK_OWN_ROOT: score_walk(walk.motion.root_position, walk.truth),
@@ -92,7 +92,7 @@ def evaluate_walk_baselines(walk: RealWalk) -> dict[str, Scores]:
 
 
 def score_walk(path: np.ndarray, truth: np.ndarray, suffix: str = "") -> Scores:
-    """Return drift and e_mse of a path of the real walk: as its pelvis faces, and turned onto the truth."""
+    """Return drift, e_mse and distance ratio of a path of the real walk, with headings equal at the pelvis and turned onto the truth."""
     turned = align_heading(path, truth)
     return {
         f"walk_drift{suffix}": drift(path, truth),

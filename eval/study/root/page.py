@@ -1,4 +1,4 @@
-"""How the root study's page reads: its groups of measures, and what a reader must know."""
+"""Page of the root study: groups of measures, and notes for the reader."""
 
 from eval.study.protocol.page import Group, Measure
 from eval.study.root.scores import TRAVEL_DISTANCES_M
@@ -22,7 +22,7 @@ _SETS = {
     "e_mse_cmu": Measure("m²", "of cmu/test"),
     "e_mse_bandai": Measure("m²", "of bandai/test"),
     "e_mse_without_slowed": Measure(
-        "m²", "without cmu_05_01_mh165, which is filed as 25 fps but was recorded with 120: it plays 4.8 times too slowly"
+        "m²", "without cmu_05_01_mh165, which plays 4.8 times too slowly where a copy of the file says 25 fps instead of 120"
     ),
     "e_mse_gaits": Measure("m²", "of walks and runs"),
     "e_mse_dances": Measure("m²", "of dances"),
@@ -93,7 +93,8 @@ NOTES = (
     "Trained on cmu/train and made-up people, tested on cmu/test and bandai/test: performers that no training saw, each clip through three "
     "simulated suits where poses are a suit's. Accelerations are simulated but on the real walk. Seeds differ in the network and the order "
     "of windows, not in data. The thesis trained for one to two weeks (chapter 2) on data of its own, so its numbers beside ours are a "
-    "mark, and a finding counts as reproduced by its direction, where it is larger than what seeds make.",
+    "mark, and a finding counts as reproduced by its direction: two rows differ where they are further apart than their two standard "
+    "deviations over seeds together; what is compared within one row, or with a fixed mark, goes by the mean.",
     "All trainings see four takes of each clip and four sets of made-up people, and those of Root3D follow the thesis to the letter: no "
     "support, no sequences, nothing hidden. The models as shipped learnt for longer, from more takes, from poses of both kinds.",
     "All trainings mirror half of their windows and let the learning rate fall, planar ones also hide half of the joints beside the legs: "

@@ -1,4 +1,4 @@
-"""Plots of the root study, as plotly's figures: paths from above, heights, errors of each frame, e_mse over w, drift by distance."""
+"""Plots of the root study as Plotly figures: paths from above, heights, errors of each frame, e_mse over w, drift by distance."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -34,7 +34,7 @@ SHORT_NAMES = {
 }
 PLOTTED_CLIPS = ("bnr_dataset-2_walk-turn-left_youthful_001", "bnr_dataset-2_walk_feminine_001", "bnr_dataset-2_run_youthful_001",
          "cmu_salsa_22", "cmu_05_01_mh165", "cmu_01_01")  # fmt: skip
-PLOT_INTERVAL_FRAMES = 5  # frames that are drawn
+PLOT_INTERVAL_FRAMES = 5  # from one drawn frame to the next
 BINS = 81
 Figure = dict[str, Any]
 
@@ -43,19 +43,19 @@ def plot_all(rows: Sequence[Mapping[str, Any]], takes: TakesByPose, evaluations:
     """Return all plots.
 
     Args:
-        rows: Of the study.
+        rows: Rows of the study.
         takes: Test takes.
-        evaluations: By row, of its first seed.
+        evaluations: Test results of the first seed of each row.
     """
     return [*_trajectories(takes, evaluations), *_distributions(takes, evaluations), *_orders(rows), *_by_distance(rows)]
 
 
-def _trajectories(takes: TakesByPose, examined: Mapping[str, ModelEvaluation]) -> list[Plot]:
-    """Return paths from above of some recorded clips, and their heights and those on stairs."""
+def _trajectories(takes: TakesByPose, evaluations: Mapping[str, ModelEvaluation]) -> list[Plot]:
+    """Return plots of paths from above and heights of some recorded clips, and of heights on stairs."""
     plots = []
     for take in takes[IMU_POSES][::SUITS_PER_CLIP]:
         name = take.truth.name
-        paths = {row: _path(one, takes, take) for row, one in examined.items() if row in COLOURS and row != CNN}
+        paths = {row: _path(one, takes, take) for row, one in evaluations.items() if row in COLOURS and row != CNN}
         if name in PLOTTED_CLIPS:
             plots.append(Plot("From above", name, _from_above(take, paths)))
             plots.append(Plot("Heights", name, _heights(take, paths)))
@@ -89,14 +89,14 @@ def _heights(take: EvaluationTake, paths: Mapping[str, np.ndarray]) -> Figure:
     return _figure([*lines, _truth(seconds, take.truth.root_position[:, 2])], "time [s]", "height of the pelvis [m]")
 
 
-def _distributions(takes: TakesByPose, examined: Mapping[str, ModelEvaluation]) -> list[Plot]:
+def _distributions(takes: TakesByPose, evaluations: Mapping[str, ModelEvaluation]) -> list[Plot]:
     """Return probability densities of each frame's error by axis (thesis figures 2.5 and 3.6)."""
     plots = []
     for section, rows in (
         ("Errors of each frame, Root3D (figure 3.6)", (ROOT3D_OPTICAL, ROOT3D_IMU)),
         ("Errors of each frame, planar (figure 2.5)", (UNET, CNN)),
     ):
-        tables = {row: error_table(takes[examined[row].poses], examined[row].paths, row in (UNET, CNN)) for row in rows}
+        tables = {row: error_table(takes[evaluations[row].poses], evaluations[row].paths, row in (UNET, CNN)) for row in rows}
         for axis, name in enumerate(("forward", "lateral", "vertical")):
             edge = max(float(np.percentile(np.abs(table[:, axis]), 99.0)) for table in tables.values())
             bins = np.linspace(-edge, edge, BINS + 1)

@@ -1,4 +1,4 @@
-"""How well paths of the root follow the truth of test takes: all measures of the root study as plain numbers."""
+"""Measures of the root study: distances of predicted root paths from the truth of test takes, as plain numbers."""
 
 from collections.abc import Callable, Sequence
 
@@ -8,11 +8,11 @@ from datasets.imu.root_features import ROOT_RATE_HZ
 from eval.metrics.root_path import displacement_errors, distance_ratio, drift, e_mse, end_error, error_after_travel, travelling_windows
 from eval.study.root.test_takes import EvaluationTake
 
-TRAVEL_DISTANCES_M = range(1, 8)  # travelled by the truth
+TRAVEL_DISTANCES_M = range(1, 8)  # distances that the true root travels
 GAITS = ("walk", "run", "jog", "dash")  # kinds of clips
 DANCES = ("salsa", "dance", "indian")
-SLOWED_CLIP = "cmu_05_01_mh165"  # filed as 25 fps, recorded with 120: plays 4.8 times too slowly
-MIN_LONG_CLIP_S = 10.0  # s, of clips in which a height has time to drift
+MISTIMED_CLIP = "cmu_05_01_mh165"  # recorded at 120 fps; copies of the file that say 25 fps play it 4.8 times too slowly
+MIN_LONG_CLIP_S = 10.0  # least duration of clips in which a height has time to drift
 AXES = "flv"  # forward, lateral, vertical
 
 Scores = dict[str, float]
@@ -20,11 +20,11 @@ Paths = Sequence[np.ndarray]  # one (N, 3) [m] of each take
 
 
 def score(takes: Sequence[EvaluationTake], paths: Paths, absolute_height: bool) -> Scores:
-    """Return every measure that the takes have something for.
+    """Return every measure for which there are takes.
 
     Args:
-        takes: Recorded ones and stairs.
-        paths: Of the pelvis, one of each take.
+        takes: Recorded takes and stairs.
+        paths: Predicted path of the pelvis in each take.
         absolute_height: Whether the paths' heights are predicted rather than added up.
     """
     both = list(zip(takes, paths, strict=True))
@@ -46,7 +46,7 @@ def trajectory_errors(
 
 
 def error_table(takes: Sequence[EvaluationTake], paths: Paths, absolute_height: bool) -> np.ndarray:
-    """Return the errors of all frames of recorded takes forward, left and up [cm per frame], an absolute height's in cm; (frames, 3)."""
+    """Return errors (frames, 3) of all frames of recorded takes, forward, left and up [cm per frame]; of an absolute height [cm]."""
     errors = [
         displacement_errors(path, take.truth.root_position, take.heading, absolute_height)
         for take, path in zip(takes, paths, strict=True)
@@ -59,7 +59,7 @@ TakePaths = list[tuple[EvaluationTake, np.ndarray]]
 
 
 def _windowed(both: TakePaths, measure: Callable[[np.ndarray, np.ndarray], float]) -> list[float]:
-    """Return a measure of path and truth in every window in which the truth travels."""
+    """Return a measure of path and truth for every window in which the truth travels."""
     return [
         measure(path[part], take.truth.root_position[part])
         for take, path in both
@@ -72,7 +72,7 @@ def _trajectories(both: TakePaths) -> Scores:
     some: dict[str, Callable[[EvaluationTake], bool]] = {
         "cmu": lambda take: take.truth.name.startswith("cmu"),
         "bandai": lambda take: take.truth.name.startswith("bnr"),
-        "without_slowed": lambda take: take.truth.name != SLOWED_CLIP,
+        "without_slowed": lambda take: take.truth.name != MISTIMED_CLIP,
         "gaits": lambda take: take.truth.kind in GAITS,
         "dances": lambda take: take.truth.kind in DANCES,
     }
@@ -128,7 +128,7 @@ def _performers(both: TakePaths) -> Scores:
 
 
 def _stairs(both: TakePaths) -> Scores:
-    """Return how wrong the height [cm] is at the end of stairs, and the height gained or lost over the true one [ratio]."""
+    """Return the error of the height at the end of stairs [cm], and the height gained or lost over the true one [ratio]."""
     truths = [take.truth.root_position for take, _ in both]
     errors = [_gained(path, truth) for (_, path), truth in zip(both, truths, strict=True)]
     climbs = [truth[-1, 2] - truth[0, 2] for truth in truths]

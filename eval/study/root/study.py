@@ -1,9 +1,7 @@
-"""The thesis's findings on root trajectories (chapters 2 and 3) as one command: trainings, tests, rows beside its values."""
+"""Root study: the thesis's findings on root trajectories (chapters 2 and 3) from trainings and tests, rows beside its values."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 from rich.progress import track
@@ -12,15 +10,15 @@ from agents.root.model import RootModel
 from eval.recordings import IMU_SUIT_CLIPS, SENSOR_WALK_FOLDER, TEST_FOLDERS, TRAIN_FOLDER, check_recordings
 from eval.runs.training_pool import train_all
 from eval.runs.training_spec import ROOT_PROGRAM, Training, run_name, training_cost
-from eval.study.protocol.page import Study, summarise_seeds
+from eval.study.protocol.page import Row, Study, study_row
+from eval.study.protocol.trainings import schedule_training
 from eval.study.root.evaluate import ModelEvaluation, evaluate_baselines, evaluate_model, evaluate_walk_baselines
 from eval.study.root.findings import root_findings
 from eval.study.root.page import GROUPS, NOTES
 from eval.study.root.plots import plot_all
-from eval.study.root.scores import Scores
 from eval.study.root.test_takes import TakesByPose, load_unseen_clips, simulate_takes
 from eval.study.root.variants import VARIANTS, Variant
-from eval.study.suit.acceleration_check import MVNX, compare_accelerations
+from eval.study.suit.acceleration_check import MVNX, AccelerationRow, compare_accelerations
 from eval.study.suit.vicon_walk import RealWalk, load_real_walk
 from trainers.runs.run_log import make_console
 from trainers.supervised.root_config import RootConfig
@@ -28,13 +26,12 @@ from trainers.supervised.root_data import prepare_root_data
 
 NUM_SEEDS = 3
 TRAINING_WINDOWS = {"planar": 150_000, "root3d": 2_500_000}  # windows of each training: about 100 s of a core
-PREPARED = ("data.synthetic_sets=4", "data.suit_takes=4")  # what takes minutes to prepare rather than a quarter of an hour
+PREPARED = ("data.synthetic_sets=4", "data.suit_takes=4")  # prepared in minutes rather than a quarter of an hour
 NUM_EVALUATIONS = 2  # of each training on its held-out performer
-Row = dict[str, Any]
 
 
 def root_study(data: Path, out: Path) -> Study:
-    """Return the study; its trainings stay in ``out`` and are not repeated.
+    """Return the root study; its trainings stay in ``out`` and are not repeated.
 
     Args:
         data: Folder of real motion.
@@ -56,22 +53,14 @@ def root_study(data: Path, out: Path) -> Study:
 
 
 def _training(model: Variant, seed: int, data: Path, out: Path) -> Training[RootConfig]:
-    """Return one run of a model; nothing but the run's own seed tells the seeds apart."""
-    overrides = (
-        *model.overrides,
-        f"data.motions={(data / TRAIN_FOLDER).resolve()}",
-        *PREPARED,
-        f"data.pose_source={model.poses}",
-        f"samples={TRAINING_WINDOWS[model.config]}",
-        f"seed={seed}",
-    )
+    """Return one run of a model."""
+    overrides = (*model.overrides, f"data.motions={(data / TRAIN_FOLDER).resolve()}", *PREPARED, f"data.pose_source={model.poses}")
     run = Training(ROOT_PROGRAM, model.config, overrides, run_name(model.name, seed), out.resolve() / "runs")
-    every = max(1, -(-TRAINING_WINDOWS[model.config] // run.resolve_config().learner.batch // NUM_EVALUATIONS))
-    return replace(run, overrides=(*overrides, f"evaluate_every={every}", f"checkpoint_every={every}"))
+    return schedule_training(run, seed, TRAINING_WINDOWS[model.config], lambda config: config.learner.batch, NUM_EVALUATIONS)
 
 
 def _train(runs: Sequence[Training[RootConfig]], console: Console) -> None:
-    """Run what is not done; its motion is prepared once, since what differs between the trainings' data is a choice from the same."""
+    """Run the trainings that are not done; motion is prepared once, as all of them choose from the same."""
     if not all(run.is_done() for run in runs):
         with console.status("preparing motion"):
             prepare_root_data(runs[0].resolve_config().data, runs[0].runs / "cache", console.print)
@@ -81,7 +70,7 @@ def _train(runs: Sequence[Training[RootConfig]], console: Console) -> None:
 def _rows(
     trainings: dict[str, list[Training[RootConfig]]], takes: TakesByPose, walk: RealWalk, console: Console
 ) -> tuple[list[Row], dict[str, ModelEvaluation]]:
-    """Return the rows, and by name what was measured of their first seeds."""
+    """Return the rows, and the test results of their first seeds by name."""
     rows: list[Row] = []
     evaluations: dict[str, ModelEvaluation] = {}
     for model in track(VARIANTS, "testing models", console=console, transient=True):
@@ -90,18 +79,14 @@ def _rows(
             one = evaluate_model(RootModel.load(run.weights_path)[0], model.poses, takes, walk)
             evaluations.setdefault(model.name, one)
             seeds.append(one.scores | training_cost(run))
-        rows.append(_row(model.name, seeds, model.published) | {"config": model.config, "overrides": list(model.overrides)})
+        rows.append(study_row(model.name, seeds, model.published) | {"config": model.config, "overrides": list(model.overrides)})
     for name, peer in evaluate_baselines(takes, walk).items():
         evaluations[name] = peer
-        rows.append(_row(name, [peer.scores]))
-    return rows + [_row(name, [scores]) for name, scores in evaluate_walk_baselines(walk).items()], evaluations
+        rows.append(study_row(name, [peer.scores]))
+    return rows + [study_row(name, [scores]) for name, scores in evaluate_walk_baselines(walk).items()], evaluations
 
 
-def _row(name: str, seeds: Sequence[Scores], published: dict[str, float] | None = None) -> Row:
-    return {"name": name, "ours": summarise_seeds(seeds), "published": published or {}}
-
-
-def _accelerations(compared: Row) -> Row:
-    """Return a row of how simulated accelerations of one body differ from measured ones."""
+def _accelerations(compared: AccelerationRow) -> Row:
+    """Return the row of the difference between simulated and measured accelerations of one body."""
     values = {key: value for key, value in compared.items() if key not in ("recording", "body")}
-    return _row(f"accelerations, {compared['recording']}: {compared['body']}", [values])
+    return study_row(f"accelerations, {compared['recording']}: {compared['body']}", [values])

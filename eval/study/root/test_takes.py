@@ -1,4 +1,4 @@
-"""What root models are tested on: clips of performers that no training saw, as optical capture and as simulated suits have them."""
+"""Test takes of root models: clips of performers that no training saw, from optical capture and through simulated suits."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -16,19 +16,19 @@ from datasets.motion.rotation import heading
 from datasets.synthetic.clips import synthetic_clips
 from eval.recordings import IMU_POSES, OPTICAL_POSES, TEST_FOLDERS
 
-STAIR_PERFORMERS = 1000, 2  # seed and number of made-up people who take stairs; trainings have the seeds from 0 on
-SUITS_PER_CLIP = 3  # recordings of each clip
-MIN_AIRBORNE_HEIGHT_M = 0.05  # m, of the lowest point of the body
+STAIR_PERFORMERS = 1000, 2  # seed and number of synthetic performers on stairs; trainings have the seeds from 0 on
+SUITS_PER_CLIP = 3  # simulated recordings of each clip
+MIN_AIRBORNE_HEIGHT_M = 0.05  # height of the lowest point of the body above which it is in the air
 
 
 @dataclass(frozen=True)
 class EvaluationTake:
-    """A test clip as a root model gets it, at 100 Hz.
+    """Test clip as a root model gets it, at 100 Hz.
 
     Attributes:
-        truth: The clean clip.
-        observed: The clip with the pose that the model sees: the clean one's, or that of a suit.
-        accelerations: Of a suit in any case [m/s^2], shape (N, 19, 3).
+        truth: Clean clip.
+        observed: Clip with the pose that the model sees: the clean pose, or that of a suit.
+        accelerations: Free accelerations of a simulated suit, whatever the pose [m/s^2], shape (N, 19, 3).
     """
 
     truth: BodyMotion
@@ -37,35 +37,35 @@ class EvaluationTake:
 
     @cached_property
     def frames(self) -> RootFrames:
-        """What the model sees, frame by frame."""
+        """Input of the model, frame by frame."""
         return root_frames(self.observed, self.accelerations, self.truth)
 
     @cached_property
     def heading(self) -> np.ndarray:
-        """Of the true pelvis [rad], shape (N,)."""
+        """Heading of the true pelvis [rad], shape (N,)."""
         return heading(self.truth.local_rotations[:, 0])
 
     @cached_property
     def airborne(self) -> np.ndarray:
-        """Whether the true body touches no ground, which is at zero, shape (N,)."""
+        """Whether the true body is off the ground, which is at height zero, shape (N,)."""
         return lowest_point_heights(*body_poses(self.truth)).min(axis=-1) > MIN_AIRBORNE_HEIGHT_M
 
     @property
     def is_recorded(self) -> bool:
-        """Whether somebody really moved so."""
+        """Whether the clip was recorded rather than synthesised."""
         return self.truth.system != SYNTHETIC_SOURCE
 
     @property
     def is_on_stairs(self) -> bool:
-        """Whether it is on stairs."""
+        """Whether the clip is on stairs."""
         return self.truth.kind in ROUGH_GROUND_KINDS
 
 
-TakesByPose = dict[str, list[EvaluationTake]]  # by the poses that are seen
+TakesByPose = dict[str, list[EvaluationTake]]  # by kind of observed poses
 
 
 def load_unseen_clips(data: Path) -> list[BodyMotion]:
-    """Return the recorded clips and made-up people on stairs, all at 100 Hz.
+    """Return the recorded test clips and synthetic clips on stairs, all at 100 Hz.
 
     Raises:
         InputError: If a folder is not there.
@@ -77,7 +77,7 @@ def load_unseen_clips(data: Path) -> list[BodyMotion]:
 
 
 def simulate_takes(clips: Iterable[BodyMotion]) -> TakesByPose:
-    """Return takes of clips: with optical poses one of each, with those of simulated suits ``SUITS``; seeds are fixed."""
+    """Return the takes of clips: one each with optical poses, ``SUITS_PER_CLIP`` with those of simulated suits; seeds are fixed."""
     takes: TakesByPose = {OPTICAL_POSES: [], IMU_POSES: []}
     for index, clip in enumerate(clips):
         suits = [simulate_suit(clip, SUITS_PER_CLIP * index + suit) for suit in range(SUITS_PER_CLIP)]

@@ -1,4 +1,4 @@
-"""The models that the root study trains: what of the thesis each repeats, and the values printed there."""
+"""Models that the root study trains, each with its overrides of a config and the thesis's values."""
 
 from dataclasses import dataclass, field
 
@@ -18,14 +18,14 @@ RUN_WALK_IDLE = "run,jog,dash,walk,turn,stand"  # kinds of motion that stand for
 
 @dataclass(frozen=True)
 class Variant:
-    """One model of the study.
+    """Model of the study.
 
     Attributes:
         name: Row of the table.
         config: File in ``configs/`` without its ending.
-        poses: That it learns from and is tested on.
-        overrides: Of the config.
-        published: The thesis's values.
+        poses: Kind of poses for training and test.
+        overrides: Overrides of the config.
+        published: Values of the thesis.
     """
 
     name: str

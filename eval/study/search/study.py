@@ -1,6 +1,6 @@
-"""How much of the policy the search of ``eval.clean`` should play, and how often choose: clean clips of unseen performers, performed.
+"""Search study: share of the policy's residual and steps per window of the SAMCON search, on clean clips of unseen performers.
 
-The measures are of the performance alone, before it is blended into the clip.
+The measures are of the simulated motion alone, before it is blended into the clip.
 """
 
 from collections.abc import Sequence
@@ -24,19 +24,19 @@ from eval.metrics.artefact_tracks import distances_local
 from eval.metrics.artefacts import artefact_metrics
 from eval.recordings import TEST_CLIPS
 from eval.study.clean.cases import stance_skate
-from eval.study.protocol.page import Group, Measure, Study, summarise_seeds
+from eval.study.protocol.page import Group, Measure, Study, study_row
 from trainers.algorithms.policy_file import load_policy
 from trainers.runs.run_log import make_console
 
-SEARCH_VARIANTS = {  # by name of the rows: share of the policy's residual, and control steps from one choice of who goes on to the next
+SEARCH_VARIANTS = {  # by name of the rows: share of the policy's residual, and control steps from one selection of samples to the next
     **{f"residual {share:g}": (share, STEPS_PER_WINDOW) for share in (0.0, 0.25, ACTION_SCALE, 0.75, 1.0)},
     "a choice in 3 steps": (ACTION_SCALE, 3),
 }
 IN_USE, NO_RESIDUAL, FULL_RESIDUAL, LONG_INTERVAL = f"residual {ACTION_SCALE:g}", "residual 0", "residual 1", "a choice in 3 steps"
-CLIP_S = 6.0  # of each clip, from its beginning
+CLIP_S = 6.0  # part of each clip, from its beginning
 THREADS = 1
-MAX_SKATE_RATIO = 1.5  # times the recording's, the most that standing feet should slide
-MAX_PENETRATION_MM = 0.5  # mm, below which ground penetration should be
+MAX_SKATE_RATIO = 1.5  # to the recording's speed of standing feet
+MAX_PENETRATION_MM = 0.5
 MEASURES = {
     "body_error": Measure("mm", "distance of the bodies from the clip's, roots aligned"),
     "restarts": Measure("1/min", "how often nobody was near the clip any more and the next take began with the clip's own state"),
@@ -72,25 +72,21 @@ def search_study(data: Path, out: Path) -> Study:
             found.setdefault((kind, search), []).append(measure_search(policy, spec, part, residual, interval))
     parts = {"all": {search: _all(found, search) for search in SEARCH_VARIANTS}}
     parts |= {kind: {search: found[kind, search] for search in SEARCH_VARIANTS} for kind in TEST_CLIPS}
-    rows = [
-        {"name": f"{search}, {part}", "ours": summarise_seeds(values), "published": {}}
-        for part, by in parts.items()
-        for search, values in by.items()
-    ]
+    rows = [study_row(f"{search}, {part}", values) for part, by in parts.items() for search, values in by.items()]
     reading = f"The first {CLIP_S:g} s of each clip as recorded, repaired, each counting once, ± their standard deviation."
     groups = [Group(part.capitalize(), reading, MEASURES, tuple(f"{search}, {part}" for search in SEARCH_VARIANTS)) for part in parts]
     return Study({"study": "search", "rows": rows, "findings": _findings(found)}, groups)
 
 
 def measure_search(policy: Policy, spec: MimicSpec, clip: BodyMotion, residual: float, interval: int) -> Values:
-    """Return how a crowd performs a repaired clip with a share of the residual and a choice each so many steps, as ``MEASURES``."""
+    """Return the measures of the SAMCON search on a repaired clip, with a share of the residual and so many control steps per window."""
     clip = clip if len(clip) % 2 else clip.cut(0, len(clip) - 1)  # so that the last control step ends in the last frame
     segments = list(SamconSearch(policy, spec, clip, THREADS, action_scale=residual, steps_per_window=interval).segments())
     simulated = clip
-    for take in segments:
-        simulated = write_segment(simulated, take)
+    for segment in segments:
+        simulated = write_segment(simulated, segment)
     contacts = detect_foot_contacts(clip)
-    contacts[[take.start for take in segments[1:]]] = False  # from one take to the next the performance jumps, which is no slide
+    contacts[[segment.start for segment in segments[1:]]] = False  # from one segment to the next the motion jumps, which is no slide
     found = artefact_metrics(simulated)
     return {
         "body_error": 1e3 * float(distances_local(simulated, clip).mean()),
@@ -107,7 +103,7 @@ def _all(found: dict[tuple[str, str], list[Values]], search: str) -> list[Values
 
 
 def _findings(found: dict[tuple[str, str], list[Values]]) -> list[dict[str, str | bool]]:
-    """Return what the search in use is held to."""
+    """Return the aims of the search in use, and whether they are reached."""
 
     def mean(parts: Sequence[Values], name: str) -> float:
         return float(np.mean([part[name] for part in parts]))

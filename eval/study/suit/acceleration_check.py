@@ -1,4 +1,4 @@
-"""Are simulated accelerations like real ones? Both on the same poses: an Xsens MVNX clip and the walk beside Vicon."""
+"""Comparison of simulated with measured accelerations on the same poses: an Xsens MVNX clip and the walk beside Vicon."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -13,15 +13,15 @@ from datasets.motion.humanoid import BODY_NAMES
 from eval.study.suit.vicon_walk import load_real_walk
 
 MVNX = "gpl/imu/xsens_andres_test_mocap.mvnx"
-Row = dict[str, Any]
+AccelerationRow = dict[str, Any]
 
 
-def compare_accelerations(data: Path, seed: int = 0) -> list[Row]:
-    """Return how simulated free accelerations differ from measured ones, body by body, and over all bodies of a recording.
+def compare_accelerations(data: Path, seed: int = 0) -> list[AccelerationRow]:
+    """Return the difference of simulated from measured free accelerations, body by body, and over all bodies of a recording.
 
     Args:
         data: Folder of real motion.
-        seed: Of the simulated suit.
+        seed: Seed of the simulated suit.
 
     Returns:
         Rows of ``recording``, ``body``, ``real_rms``, ``simulated_rms``, ``difference_rms`` [m/s^2] and ``correlation``. The
@@ -41,7 +41,7 @@ def compare_accelerations(data: Path, seed: int = 0) -> list[Row]:
     return [row for name, recording in recordings.items() for row in compare_recording(name, recording, seed)]
 
 
-def compare_recording(name: str, recording: ImuRecording, seed: int) -> list[Row]:
+def compare_recording(name: str, recording: ImuRecording, seed: int) -> list[AccelerationRow]:
     """Return the rows of one recording; only bodies that carried a sensor are compared."""
     sensors = [SENSOR_BODIES.index(BODY_NAMES.index(body)) for body in recording.measured]
     real = recording.accelerations[:, sensors]
@@ -50,7 +50,7 @@ def compare_recording(name: str, recording: ImuRecording, seed: int) -> list[Row
     return [*rows, _row(name, "all", real, simulated)]
 
 
-def _row(recording: str, body: str, real: np.ndarray, simulated: np.ndarray) -> Row:
+def _row(recording: str, body: str, real: np.ndarray, simulated: np.ndarray) -> AccelerationRow:
     return {
         "recording": recording,
         "body": body,

@@ -1,4 +1,4 @@
-"""Is the simulated suit like a real one? Its raw signals, its orientations and its clips beside real recordings.
+"""Suit study: raw signals, orientations and clips of the simulated suit beside those of real recordings.
 
 The real side: 17 sensors on a person without truth (qmt), one walk with raw signals and Vicon (neura), four clips that
 suits exported (Rokoko, Perception Neuron, Xsens twice). The simulated side: the same walk, and optical clips of CMU.
@@ -17,13 +17,13 @@ from datasets.imu.sensor_model import CALIBRATION_SAMPLES, CLIP_START_SAMPLE, SE
 from datasets.imu.suit_simulation import sensor_orientations, simulate_suit
 from datasets.library.sources import SYNTHETIC_SOURCE, load_clips
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import BODY_NAMES
+from datasets.motion.humanoid import BODY_NAMES, GRAVITY_M_S2
 from datasets.motion.kinematics import body_poses, resample
 from eval.metrics.artefacts import artefact_metrics, mean_distance_local_mm, mean_distance_world_mm, support_slide
 from eval.recordings import IMU_SUIT_CLIPS, OPTICAL_WALK_FRAMES, SENSOR_WALK_FOLDER, WALK_SENSORS
 
 COMPARED_MEASURES = ("foot_skate", "support_slide", "floating", "ground_penetration", "self_penetration", "jitter")
-MAX_CLIP_S = 15.0  # of each optical clip, so that long ones do not rule
+MAX_CLIP_S = 15.0  # part of each optical clip, so that long ones do not dominate
 NUM_SEEDS = 3
 
 Samples = dict[str, list[float]]
@@ -63,7 +63,7 @@ def real_rest_noise(data: Path) -> Samples:
 
 
 def simulated_rest_noise() -> Samples:
-    """Return the same of simulated sensors on a wearer who stands perfectly still."""
+    """Return noise and bias of simulated sensors on a wearer who stands perfectly still."""
     local = np.tile([1.0, 0.0, 0.0, 0.0], (2, len(BODY_NAMES), 1))
     recording = simulate_sensors(
         BodyMotion(np.tile([0.0, 0.0, 0.94], (2, 1)), local, 60.0, "standing"), SuitNoise(), np.random.default_rng(0)
@@ -80,12 +80,12 @@ def _rest(turns: np.ndarray, forces: np.ndarray) -> dict[str, float]:
         "gyroscope_noise": float(turns.std(axis=0).mean()),
         "gyroscope_bias": float(np.linalg.norm(turns.mean(axis=0))),
         "accelerometer_noise": float(forces.std(axis=0).mean()),
-        "gravity_error": float(abs(np.linalg.norm(forces.mean(axis=0)) - 9.81)),
+        "gravity_error": float(abs(np.linalg.norm(forces.mean(axis=0)) - GRAVITY_M_S2)),
     }
 
 
 def real_walk_errors(data: Path) -> Samples:
-    """Return error of VQF against Vicon [deg] and the variation of the magnetic norm, of real sensors in a walk."""
+    """Return the error of VQF against Vicon [deg] and the variation of the magnetic norm, of real sensors in a walk."""
     folder = data / SENSOR_WALK_FOLDER
     lines = (folder / "vicon/S02-Trial-Walk-1.csv").read_text().splitlines()[5:]
     names, vicon = lines[0].split(","), np.array([[float(x) for x in line.split(",")] for line in lines[1:]])
@@ -100,7 +100,7 @@ def real_walk_errors(data: Path) -> Samples:
 
 
 def simulated_walk_errors(data: Path) -> Samples:
-    """Return the same of simulated sensors on the same walk, over several sessions."""
+    """Return the same measures of simulated sensors on the same walk, over several sessions."""
     walk = load_clips(data / IMU_SUIT_CLIPS[-1], fps=SENSOR_RATE_HZ)[0]
     frames = slice(CLIP_START_SAMPLE + OPTICAL_WALK_FRAMES.start, CLIP_START_SAMPLE + OPTICAL_WALK_FRAMES.stop)
     truth = body_poses(resample(walk, SENSOR_RATE_HZ))[1][OPTICAL_WALK_FRAMES]
@@ -126,7 +126,7 @@ def _walk(body: str, found: np.ndarray, truth: np.ndarray, fields: np.ndarray) -
 
 
 def residual_angles(found: np.ndarray, truth: np.ndarray) -> np.ndarray:
-    """Return the angles [deg] (T,) that remain when the best constant rotations of sensor and world are taken away.
+    """Return the angles [deg] (T,) that remain when the best constant rotations of sensor and world are removed.
 
     Args:
         found: Orientations of a sensor, wxyz, shape (T, 4).
@@ -143,7 +143,7 @@ def residual_angles(found: np.ndarray, truth: np.ndarray) -> np.ndarray:
 
 
 def _compare_clips(data: Path) -> tuple[list[Row], list[Finding]]:
-    """Return the rows of clips and whether the simulated ones lie in the real ones' range."""
+    """Return the rows of clips, and whether the medians of simulated clips lie in the range of real ones."""
     real = {clip.name: _seen(clip) for name in IMU_SUIT_CLIPS for clip in load_clips(data / name)}
     optical = [load_clips(path)[0] for path in sorted((data / "cmu").rglob("*.bvh"))]
     clean, simulated = _with_suit([clip.cut(0, min(len(clip), int(MAX_CLIP_S * clip.fps))) for clip in optical])
@@ -156,16 +156,16 @@ def _compare_clips(data: Path) -> tuple[list[Row], list[Finding]]:
 
 
 def _seen(clip: BodyMotion) -> dict[str, float]:
-    """Return the artefacts and the slide of the supporting foot.
+    """Return the artefacts of a clip and the slide of the supporting foot.
 
-    No truth for the real clips, so none for the others: a foot is in contact by its own height on both sides. A swinging
-    foot that passes under 2 cm is then in contact too and rules ``foot_skate``; the slower foot's speed needs no contact.
+    Real clips have no truth, so none is used for the others: a foot is in contact by its own height on both sides. A swinging
+    foot that passes under 2 cm is then in contact too and dominates ``foot_skate``; the slower foot's speed needs no contact.
     """
     return artefact_metrics(clip) | {"support_slide": support_slide(clip)}
 
 
 def _with_suit(clips: list[BodyMotion]) -> tuple[list[dict[str, float]], list[dict[str, float]]]:
-    """Return what is seen of the clips and of their faulty twins."""
+    """Return the measures of the clips and of their recordings by simulated suits."""
     clean, simulated = [], []
     for seed, clip in enumerate(clips):
         faulty = simulate_suit(clip, seed).faulty
@@ -205,6 +205,6 @@ def _gather(clips: list[dict[str, float]]) -> Samples:
 
 
 def _row(name: str, samples: Samples) -> Row:
-    """Return a study's row: mean and standard deviation over sensors, sessions or clips, and how many."""
+    """Return a study's row: mean, standard deviation and number of sensors, sessions or clips."""
     ours = {key: {"mean": float(np.mean(x)), "std": float(np.std(x)), "seeds": len(x)} for key, x in samples.items()}
     return {"name": name, "ours": ours, "published": {}}

@@ -1,6 +1,6 @@
-"""The one real walk with truth: what seven segments' sensors measured, the suit's own pose, and Vicon's path of the pelvis.
+"""Real walk with truth: measured accelerations of seven segments, the suit's own pose, and Vicon's path of the pelvis.
 
-9.55 s, 7.7 m there and back in a straight line. What had to be found out about the recording (the tests look again):
+9.55 s, 7.7 m there and back in a straight line. Facts about the recording (checked by the tests):
 
 - Frames of the suit's BVH file and of the raw sensors that have the same number are the same instant to half a frame, but Vicon's
   frame is that of two frames later: so the second differences of its points agree best with the sensors.
@@ -25,13 +25,13 @@ from datasets.imu.sensor_model import GRAVITY_VECTOR_M_S2, SENSOR_BODIES
 from datasets.imu.suit_simulation import track_root
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_NAMES, SKELETON
-from datasets.motion.rotation import from_axis_angle, heading, rotate
+from datasets.motion.rotation import from_yaw, heading, rotate
 from datasets.retarget.performer_clip import load_performer_bvh
 from datasets.retarget.retarget import retarget
 from eval.recordings import IMU_SUIT_CLIPS, OPTICAL_WALK_FRAMES, SENSOR_WALK_FOLDER, WALK_SENSORS
 
-VICON_LEAD_FRAMES = 2  # frames by which Vicon's are ahead of the suit's
-UPPER_SHINS = {"shin_l": "000_00B40BA5", "shin_r": "000_00B40C35"}  # the sensors below the knee; those of SEGMENTS are at the ankle
+VICON_LEAD_FRAMES = 2  # by which Vicon's frames are ahead of the suit's
+UPPER_SHINS = {"shin_l": "000_00B40BA5", "shin_r": "000_00B40C35"}  # sensors below the knee; those of WALK_SENSORS are at the ankle
 CALIBRATION_SEGMENTS = {"pelvis": "Pelvis", "shin_l": "L_LowLeg", "shin_r": "R_LowLeg", "foot_l": "L_Foot", "foot_r": "R_Foot"}
 RAW_SENSOR_FILE = "rawimu/S02-Trial-Walk-1-{}.txt"
 VICON_FILE = "vicon/S02-Trial-Walk-1.csv"
@@ -41,11 +41,11 @@ _UP = np.array([0.0, 0.0, 1.0])
 
 @dataclass(frozen=True)
 class RealWalk:
-    """A real walk at 100 Hz, on our bodies.
+    """Real walk at 100 Hz, on the humanoid's bodies.
 
     Attributes:
-        motion: The suit's own pose and root, as retargeting brings them; 955 frames.
-        accelerations: Free, in the world's axes and the size of ``motion`` [m/s^2], shape (955, 19, 3).
+        motion: Retargeted pose and root of the suit; 955 frames.
+        accelerations: Free accelerations in the world's axes and the size of ``motion`` [m/s^2], shape (955, 19, 3).
         truth: Vicon's path of the pelvis' origin, turned so that the pelvis faces where the motion's does on average, in the
             size of ``motion``, from the motion's first place on [m], shape (955, 3).
         measured_bodies: Names of the bodies that carried sensors; ``fill_accelerations`` made the others.
@@ -86,7 +86,7 @@ def load_real_walk(data: Path) -> RealWalk:
 
 
 def track_root_by_contacts(walk: RealWalk) -> np.ndarray:
-    """Return the path (T, 3) [m] that standing feet and the pelvis' acceleration between steps give, from the motion's first place on."""
+    """Return the path (T, 3) [m] from standing feet and the pelvis' acceleration between steps, from the motion's first place on."""
     path = track_root(walk.motion.local_rotations, walk.accelerations[:, SENSOR_BODIES.index(PELVIS_BODY)], 1.0)
     return path - path[0] + walk.motion.root_position[0]
 
@@ -99,7 +99,7 @@ def align_heading(path: np.ndarray, truth: np.ndarray) -> np.ndarray:
 
 def _turned(vectors: np.ndarray, yaw: float) -> np.ndarray:
     """Return vectors (T, 3) turned by ``yaw`` [rad] about the vertical."""
-    return rotate(np.broadcast_to(from_axis_angle(_UP, np.array(yaw)), (len(vectors), 4)), vectors)
+    return rotate(np.broadcast_to(from_yaw(np.array(yaw)), (len(vectors), 4)), vectors)
 
 
 def _yaw_between(a: np.ndarray, b: np.ndarray) -> float:
@@ -143,6 +143,6 @@ def _sensor(folder: Path, sensor: str, frames: slice) -> tuple[np.ndarray, np.nd
 
 
 def _north_corrections(file: Path) -> dict[str, float]:
-    """Return by how much each listed sensor's world has to be turned to be Vicon's [rad]."""
+    """Return the rotation about the vertical from each listed sensor's world to Vicon's [rad]."""
     rows = [line.split(",") for line in file.read_text().splitlines()[1:]]
     return {name: 2.0 * float(np.arctan2(float(z), float(w))) for name, w, _, _, z in rows}

@@ -1,4 +1,4 @@
-"""Root models: sizes that the thesis names, normalisation, and what a file gives back."""
+"""Root models: sizes that the thesis names, normalisation, and model files."""
 
 from pathlib import Path
 
@@ -67,7 +67,7 @@ def test_bad_specs_are_one_line(values: dict, message: str) -> None:
 
 
 def standing_on_the_left() -> torch.Tensor:
-    """Return a window of who stands on the left foot.
+    """Return a window of a person who stands on the left foot.
 
     That one (ankle at 0.08, toe at 0.02 m under a pelvis at 1 m) goes back by 0.01 m a frame under the pelvis; the right one is 0.3 m
     higher and flies forward by 0.05 m a frame.

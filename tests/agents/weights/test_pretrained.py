@@ -1,4 +1,4 @@
-"""The models in the package do what they are for: feet stay, level ground stays level, stairs are climbed, streams agree.
+"""Pretrained root models on simulated suits: feet stay, level ground stays level, stairs are climbed, streams agree.
 
 Everything is a simulated suit's recording of made-up people whom no training saw (their seeds are from 900 on), against limits that
 are asked for: under 1 cm a minute of standing, under 5 cm a turn on the spot.
@@ -24,7 +24,7 @@ NAMES = ("root3d", "root3d_pose", "planar")
 
 
 def recorded(movement: str, seconds: float, seed: int) -> SuitClip:
-    """Return a suit's recording of a made-up person."""
+    """Return a simulated suit's recording of a synthetic performer."""
     rng = np.random.default_rng(seed)
     style, t = draw_movement_style("tester", rng), np.arange(round(seconds * FPS)) / FPS
     made = {
@@ -37,7 +37,7 @@ def recorded(movement: str, seconds: float, seed: int) -> SuitClip:
 
 
 def mean_foot(clip: BodyMotion) -> np.ndarray:
-    """Return where both feet are on average [m], shape (T, 3)."""
+    """Return the mean position of both feet [m], shape (T, 3)."""
     return clip.root_position + relative_soles(clip.local_rotations).mean(axis=(1, 2))
 
 

@@ -1,4 +1,4 @@
-"""The anti-skate filter: what stands keeps still, what moves goes as it was asked to, level ground stays level, stairs are climbed."""
+"""Anti-skate filter: standing feet keep still, else the root moves as predicted; level ground stays level, stairs are climbed."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Flights, by hand."""
+"""Ballistic flights, by hand."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Level ground, by hand."""
+"""Levelling to the ground, by hand."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Feet held by inverse kinematics while a standing body is pushed about: where they are, frame by frame, worked out by hand."""
+"""Live foot lock of a standing body that is pushed about: positions of the feet frame by frame, worked out by hand."""
 
 import numpy as np
 import pytest

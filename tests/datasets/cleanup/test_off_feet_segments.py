@@ -35,7 +35,7 @@ def figure(pelvis: np.ndarray, left: np.ndarray | None = None, right: np.ndarray
         pelvis: x and height [m], shape (T, 2).
         left: x and height of the left sole [m], shape (T, 2); at the origin if there is none.
         right: The same of the right one.
-        lean: Of the trunk forward where the pelvis is lowest, in proportion elsewhere [degrees].
+        lean: Forward lean of the trunk where the pelvis is lowest, in proportion elsewhere [degrees].
     """
     frames = len(pelvis)
     root = np.stack([pelvis[:, 0], np.zeros(frames), pelvis[:, 1]], axis=1)

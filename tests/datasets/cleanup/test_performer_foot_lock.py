@@ -1,4 +1,4 @@
-"""Feet that stand in the simulation stand on skeletons of other proportions, and no leg pops."""
+"""Foot lock on skeletons of other proportions: feet stand, and no leg pops."""
 
 from dataclasses import replace
 

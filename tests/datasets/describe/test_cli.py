@@ -1,4 +1,4 @@
-"""The command that says what motion files are."""
+"""Command that describes motion files."""
 
 from pathlib import Path
 

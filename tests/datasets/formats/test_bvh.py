@@ -1,4 +1,4 @@
-"""BVH files: nothing is lost, poses are those that the format means, rubbish gets one clear line."""
+"""BVH files: nothing is lost, poses are those that the format means, bad files get one clear line."""
 
 import csv
 import dataclasses

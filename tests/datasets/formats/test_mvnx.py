@@ -1,4 +1,4 @@
-"""MVNX files: what is read, how it is turned and scaled, and what is refused."""
+"""MVNX files: reading, rotation and scaling, and refusal of bad ones."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The leg's inverse kinematics against triangles worked out by hand."""
+"""Inverse kinematics of the leg against triangles worked out by hand."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Free accelerations that a pose implies, and the rule for bodies without a sensor."""
+"""Free accelerations from a pose, and the rule for bodies without a sensor."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What root models see of a clip, by hand."""
+"""Frames of a clip for root models, by hand."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What the sensors measure: clips of which the physics is known."""
+"""Sensor signals of clips whose physics is known."""
 
 import numpy as np
 import pytest

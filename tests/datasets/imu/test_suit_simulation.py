@@ -1,4 +1,4 @@
-"""What the suit's software makes of the signals: right with perfect sensors, wrong in the known ways with real ones."""
+"""Simulated suits: right with perfect sensors, wrong in the known ways with real ones."""
 
 import time
 

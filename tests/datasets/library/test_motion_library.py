@@ -1,4 +1,4 @@
-"""What the library stores of a clip, worked out by hand, and how clips are packed, looked up and selected."""
+"""Contents of the motion library, worked out by hand; packing, look-up and selection of clips."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""How often clips are drawn and who is held out, by hand."""
+"""Sampling weights and held-out performers, by hand."""
 
 import numpy as np
 import pytest

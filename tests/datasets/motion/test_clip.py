@@ -1,4 +1,4 @@
-"""Clips: frozen, checked at the door, cut."""
+"""Clips: frozen, checked when made, cut."""
 
 import numpy as np
 import pytest

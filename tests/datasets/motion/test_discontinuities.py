@@ -1,4 +1,4 @@
-"""Jumps are found where they are, and the pieces between them lose nothing else."""
+"""Discontinuities are found where they are, and the pieces between them lose nothing else."""
 
 import numpy as np
 

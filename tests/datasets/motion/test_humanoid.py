@@ -1,4 +1,4 @@
-"""The 20 bodies: what the thesis and the tables say of them, and hinge angles there and back."""
+"""The 20 bodies against the thesis and published tables; hinge angles there and back."""
 
 import numpy as np
 import pytest

@@ -97,7 +97,7 @@ def test_lowest_points_lying_face_down() -> None:
     assert {name: lowest[name] for name in expected} == pytest.approx(expected, abs=1e-12)
 
 
-def test_continuous_undoes_flips() -> None:
+def test_align_quaternion_signs_undoes_flips() -> None:
     turning = from_axis_angle(Z, np.linspace(0.0, 7.0, 30))[:, None]
     flipped = turning * np.where(np.arange(30) % 3 == 1, -1.0, 1.0)[:, None, None]
     assert np.allclose(align_quaternion_signs(flipped), turning)

@@ -1,4 +1,4 @@
-"""Left and right exchanged: what a person sees in a mirror."""
+"""Mirrored clips: left and right exchanged."""
 
 from dataclasses import replace
 

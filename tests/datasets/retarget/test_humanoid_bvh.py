@@ -1,4 +1,4 @@
-"""A clip on the 20 bodies as a BVH of its own: where it puts them, and that reading it gives the clip back."""
+"""A clip on the 20 bodies as a BVH of its own: positions of the bodies, and reading it back."""
 
 from dataclasses import replace
 from pathlib import Path

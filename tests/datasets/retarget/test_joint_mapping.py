@@ -1,4 +1,4 @@
-"""Which joint plays which body."""
+"""Mapping of joints to bodies."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A BVH file at the door: unit, axes, frame rate, leading T-pose."""
+"""Clips of BVH files on their own skeleton: unit, axes, frame rate, leading T-pose."""
 
 from dataclasses import replace
 from pathlib import Path

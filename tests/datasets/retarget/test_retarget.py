@@ -1,4 +1,4 @@
-"""From any skeleton to the 20 bodies: the same motion comes out whatever the skeleton's fashion."""
+"""Retargeting: the same motion comes out whatever the conventions of the skeleton."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""How faithful a retargeted clip is."""
+"""Measures of retargeted clips."""
 
 from dataclasses import replace
 

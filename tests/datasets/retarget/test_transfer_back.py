@@ -1,4 +1,4 @@
-"""The way back: what changes on the 20 bodies changes on the performer's own skeleton, and nothing else does."""
+"""Transfer back: changes on the 20 bodies become changes of the performer's own skeleton, and nothing else changes."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -9,12 +9,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from configs.errors import InputError
-from datasets.cleanup.foot_lock import _move_foot, lock_feet
 from datasets.formats.bvh import Bvh, local_pose, read_bvh, write_bvh
+from datasets.ik.leg_ik import leg_ik
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_NAMES, FOOT_AND_TOE_BODIES
 from datasets.motion.kinematics import body_poses, joint_poses
-from datasets.motion.rotation import conjugate, from_axis_angle, multiply, rotation_angle
+from datasets.motion.rotation import conjugate, cross, from_axis_angle, multiply, rotate, rotation_angle
 from datasets.motion.skeleton import forward_kinematics
 from datasets.retarget.performer_clip import PerformerClip, performer_clip_from_bvh
 from datasets.retarget.retarget import Retargeted, retarget, retarget_with
@@ -75,6 +75,20 @@ def turned(motion: BodyMotion, body: str, axis: tuple[float, float, float], degr
     here, parent = rotations[:, index], multiply(rotations[:, index], conjugate(local[:, index]))
     local[:, index] = multiply(conjugate(parent), multiply(turn, here))
     return replace(motion, local_rotations=local)
+
+
+def lowered(motion: BodyMotion) -> BodyMotion:
+    """Return the clip with a root 5 cm lower and knees bent so that ankles and feet stay as they are."""
+    low, local = replace(motion, root_position=motion.root_position - np.array([0.0, 0.0, 0.05])), motion.local_rotations.copy()
+    (places, rotations), hips = body_poses(motion), body_poses(low)[0]
+    for side in "lr":
+        thigh, shin, foot = (BODY_NAMES.index(f"{part}_{side}") for part in ("thigh", "shin", "foot"))
+        across = rotate(rotations[:, thigh], np.broadcast_to((0.0, 1.0, 0.0), hips[:, thigh].shape))
+        thighs, flexion = leg_ik(hips[:, thigh], places[:, foot], cross(across, hips[:, thigh] - places[:, foot]))
+        local[:, thigh] = multiply(conjugate(rotations[:, 0]), thighs)
+        local[:, shin] = from_axis_angle(np.array([0.0, 1.0, 0.0]), flexion)
+        local[:, foot] = multiply(conjugate(multiply(thighs, local[:, shin])), rotations[:, foot])
+    return replace(low, local_rotations=local)
 
 
 @pytest.mark.parametrize("bvh", [large_and_turned(), with_joint_above(large_and_turned(), moving=False)], ids=["hips", "root-above"])
@@ -155,8 +169,7 @@ def test_knees_of_other_proportions_bend_as_far_as_the_ankles_need() -> None:
     for joint, factor in {"LeftLeg": 0.8, "LeftFoot": 1.2, "RightLeg": 0.8, "RightFoot": 1.2}.items():
         offsets[bvh.names.index(joint)] *= factor
     found, result = opened(replace(bvh, offsets=offsets))
-    low = replace(result.motion, root_position=result.motion.root_position - np.array([0.0, 0.0, 0.05]))
-    motion = transfer_back(result, lock_feet(low, np.ones((len(low), 2), dtype=bool)))
+    motion = transfer_back(result, lowered(result.motion))
     (old, rotations), (new, turned_to) = joint_poses(found.motion), joint_poses(motion)
     a, b, scale, lean = 0.336, 0.492, 0.83 / 0.828, np.radians(15.0)
     x, z = (a - b) * np.sin(lean), -(a + b) * np.cos(lean) + 0.05 / scale
@@ -230,11 +243,8 @@ def check_in_another_reader(path: Path, bvh: Bvh) -> None:
 
 def crouched_and_twisted(motion: BodyMotion) -> BodyMotion:
     """Return the clip with a root 5 cm lower, knees bent so that ankles stay, chest turned by 10 degrees, right upper arm by 15."""
-    local, low = motion.local_rotations.copy(), replace(motion, root_position=motion.root_position - np.array([0.0, 0.0, 0.05]))
-    ankles = body_poses(motion)[0]
-    positions, rotations = body_poses(low)
-    for foot, _ in FOOT_AND_TOE_BODIES:
-        _move_foot(local, positions, rotations, foot, ankles[:, foot])
+    low = lowered(motion)
+    local = low.local_rotations.copy()
     for body, axis, degrees in (("chest", (0.0, 0.0, 1.0), 10.0), ("upper_arm_r", (1.0, 0.0, 0.0), 15.0)):
         index = BODY_NAMES.index(body)
         turn = from_axis_angle(np.array(axis), np.array(np.radians(degrees)))

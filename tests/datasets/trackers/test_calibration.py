@@ -1,4 +1,4 @@
-"""Calibration by a T-pose: virtual users whose size and wearing are known, and poses that are none."""
+"""Calibration by a T-pose: virtual users of known size and tracker placement, and poses that are no T-poses."""
 
 from collections.abc import Callable
 from dataclasses import replace

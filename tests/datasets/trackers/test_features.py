@@ -1,4 +1,4 @@
-"""What LoBSTr sees of trackers: in the user's own frame, whichever way that faces and wherever it is."""
+"""LoBSTr's features of trackers: in the user's own frame, whatever its heading and position."""
 
 import numpy as np
 import pytest
@@ -34,7 +34,7 @@ def test_a_step_is_seen_in_the_users_frame() -> None:
 
 
 def test_a_turn_of_the_reference_does_not_tell_the_heading() -> None:
-    # ERRATA: q_{i-1}^-1 q_i. A tenth of a radian to the left: forward is (cos, sin, 0) of it, whichever way he faced.
+    # docs/errata.md: q_{i-1}^-1 q_i. A tenth of a radian to the left: forward is (cos, sin, 0) of it, whichever way he faced.
     before, now = standing(), standing()
     now[1][PELVIS_TRACKER] = multiply(from_axis_angle(UP, np.array(0.1)), now[1][PELVIS_TRACKER])
     seen = tracker_features(VELOCITY, before, now)

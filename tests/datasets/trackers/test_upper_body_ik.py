@@ -1,4 +1,4 @@
-"""The upper body's inverse kinematics: poses worked out by hand, poses of clips, and what hands may ask for."""
+"""Inverse kinematics of the upper body: poses worked out by hand, poses of clips, and any targets of hands."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Virtual users: where their trackers are, what noise does to these, and how they stand in a T-pose."""
+"""Virtual users: placement and noise of trackers, and T-poses."""
 
 import numpy as np
 import pytest

@@ -37,7 +37,7 @@ def test_other_configurations() -> None:
 
 
 def test_residuals_leave_the_spine_alone() -> None:
-    # ERRATA: thighs 3 + 3, shins 1 + 1, feet 3 + 3, upper arms 3 + 3.
+    # docs/errata.md: thighs 3 + 3, shins 1 + 1, feet 3 + 3, upper arms 3 + 3.
     bodies = [BODY_NAMES[HINGES[h][0]] for h in MimicSpec().residual_hinges]
     counts = {name: bodies.count(f"{name}_l") for name in ("thigh", "shin", "foot", "upper_arm")}
     assert counts == {"thigh": 3, "shin": 1, "foot": 3, "upper_arm": 3}

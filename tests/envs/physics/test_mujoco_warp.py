@@ -1,4 +1,4 @@
-"""Simulation by mujoco-warp: who fails, who is put back, and what is left alone."""
+"""Simulation by mujoco-warp: failures, resets, and worlds left alone."""
 
 import numpy as np
 import pytest

@@ -50,7 +50,7 @@ def arm_before_the_chest(ahead: np.ndarray) -> BodyMotion:
 
 
 def hand_on_the_breastbone() -> BodyMotion:
-    """Return a clip whose left forearm is 2 cm too near: the radii of chest and forearm less that, 0.11 + 0.038 - 0.02 m, ahead."""
+    """Return a clip whose left forearm overlaps the chest by 2 cm: it is 0.11 + 0.038 - 0.02 m ahead, the sum of the radii less 2 cm."""
     return arm_before_the_chest(np.full(FRAMES, 0.128))
 
 
@@ -58,7 +58,7 @@ def test_a_forearm_2_cm_inside_the_chest_comes_out() -> None:
     inside = hand_on_the_breastbone()
     assert depth(inside, "chest", "forearm_l") == pytest.approx(0.02, abs=1e-6)
     found = remove_self_penetration(inside)
-    assert depth(found, "chest", "forearm_l").max() < 0.009  # flesh gives way by 8 mm; from 10 on METRICS counts it
+    assert depth(found, "chest", "forearm_l").max() < 0.009  # soft tissue gives way by 8 mm; docs/metrics.md counts overlaps from 10 mm on
     # By little: 2 cm at an arm of 0.28 + 0.2 m. All else is where it was.
     moved = np.linalg.norm(body_poses(found)[0] - body_poses(inside)[0], axis=-1)
     arm = [BODY_NAMES.index(name) for name in ("forearm_l", "hand_l")]

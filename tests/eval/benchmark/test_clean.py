@@ -13,7 +13,7 @@ from envs.mimic.spec import MimicSpec
 from eval.benchmark import clean as benchmark_clean
 from eval.benchmark import cli as benchmark
 from eval.benchmark.clean import BareSamcon, SamconRecorder, faulty_clip, measure_clean
-from eval.clean import samcon as crowd
+from eval.clean import samcon
 from eval.clean.pipeline import CleaningPipeline
 from tests.builders import as_bvh, posed
 from tests.envs.states import swaying
@@ -23,10 +23,10 @@ WORLDS = 6
 
 @pytest.fixture
 def cleaner(monkeypatch: pytest.MonkeyPatch) -> CleaningPipeline:
-    """Return a cleaner with a crowd of six."""
-    for module in (crowd, benchmark_clean):
-        monkeypatch.setattr(module, "CROWD", WORLDS)
-    monkeypatch.setattr(crowd, "NUM_SURVIVORS", 2)
+    """Return a cleaner whose search has six samples."""
+    for module in (samcon, benchmark_clean):
+        monkeypatch.setattr(module, "NUM_SAMPLES", WORLDS)
+    monkeypatch.setattr(samcon, "NUM_SURVIVORS", 2)
     torch.manual_seed(0)
     spec = MimicSpec()
     return CleaningPipeline(Policy(spec.observation_size, spec.action_size, (8,)), spec, 1)
@@ -53,16 +53,16 @@ def test_benchmark_writes_its_figures(
     assert "seconds of clip/s" in capsys.readouterr().out
 
 
-def test_bare_mujoco_goes_the_way_of_the_crowd(cleaner: CleaningPipeline) -> None:
-    tape = SamconRecorder(WORLDS, 1)
-    benchmark_clean._search(cleaner, swaying("sway", 72, 0.3), tape)
-    branched = [step for step, events in tape.resets.items() if step and any(len(worlds) == WORLDS for worlds, _ in events)]
-    assert branched  # somebody went on from another, or all began again
-    bare = BareSamcon(tape, WORLDS, 1)
+def test_bare_mujoco_ends_where_the_search_ends(cleaner: CleaningPipeline) -> None:
+    recorder = SamconRecorder(WORLDS, 1)
+    benchmark_clean._search(cleaner, swaying("sway", 72, 0.3), recorder)
+    branched = [step for step, events in recorder.resets.items() if step and any(len(worlds) == WORLDS for worlds, _ in events)]
+    assert branched  # a sample was branched, or all were reset
+    bare = BareSamcon(recorder, WORLDS, 1)
     for _ in range(2):  # it raises if it ends elsewhere
         bare.prepare()
-        assert bare.run() == WORLDS * len(tape.targets)
-    tape.targets[-1] = tape.targets[-1] + 0.01
+        assert bare.run() == WORLDS * len(recorder.targets)
+    recorder.targets[-1] = recorder.targets[-1] + 0.01
     bare.prepare()
     with pytest.raises(RuntimeError, match="did not end in the env's states"):
         bare.run()

@@ -23,23 +23,23 @@ def library() -> MotionLibrary:
     return MotionLibrary.from_clips([swaying("sway", 60, 0.3), swaying("walk", 90, 0.5)])
 
 
-def taped(library: MotionLibrary, worlds: int) -> ControlRecorder:
+def recorded(library: MotionLibrary, worlds: int) -> ControlRecorder:
     """Return what an env did in 30 steps that ended some of its episodes."""
     env = AdaptMimicVectorEnv(library, worlds)
-    env.physics = tape = ControlRecorder(worlds, 1)
+    env.physics = recorder = ControlRecorder(worlds, 1)
     env.reset(seed=0)
-    tape.restart_recording()
+    recorder.restart_recording()
     rng = np.random.default_rng(0)
     ended = 0
     for _ in range(30):
         _, _, terminated, truncated, _ = env.step(rng.uniform(-1, 1, (worlds, 20)))
         ended += int((terminated | truncated).sum())
     assert ended > 0
-    return tape
+    return recorder
 
 
 def test_bare_mujoco_goes_the_same_way(library: MotionLibrary) -> None:
-    many, one = taped(library, 5), taped(library, 1)
+    many, one = recorded(library, 5), recorded(library, 1)
     for bare, steps in ((BareBatch(many, 5, 2), 150), (BareStep(one), 30)):
         for _ in range(2):  # it raises if it ends elsewhere
             bare.prepare()
@@ -47,9 +47,9 @@ def test_bare_mujoco_goes_the_same_way(library: MotionLibrary) -> None:
 
 
 def test_another_way_is_noticed(library: MotionLibrary) -> None:
-    tape = taped(library, 2)
-    tape.targets[-1] = tape.targets[-1] + 0.01
-    bare = BareBatch(tape, 2, 1)
+    recorder = recorded(library, 2)
+    recorder.targets[-1] = recorder.targets[-1] + 0.01
+    bare = BareBatch(recorder, 2, 1)
     bare.prepare()
     with pytest.raises(RuntimeError, match="did not end in the env's states"):
         bare.run()

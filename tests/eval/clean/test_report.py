@@ -18,7 +18,7 @@ from eval.clean.report_data import CSV_HEADER, collect_report_data, find_most_ch
 from eval.clean.result import CleaningResult
 from eval.clean.video import _most_changed_part
 from eval.metrics.artefact_tracks import compute_artefact_tracks
-from eval.pages.artefact_plots import MAX_POINTS, PANELS, plot_artefacts, true_spans
+from eval.pages.artefact_plots import MAX_POINTS, PANELS, plot_artefacts, spans_in_seconds
 from eval.pages.render import can_render
 from tests.builders import posed
 
@@ -54,7 +54,6 @@ def cleaning(truth: bool = True) -> CleaningResult:
         after=after,
         contacts=np.stack([~kept, ~kept & (np.arange(FRAMES) < 80)], axis=1),
         confidence=np.where(kept, 0.0, 0.9),
-        kept=kept,
         restarts=(0.75,),
         notices=("It sits <down>.",),
         truth=clean if truth else None,
@@ -116,8 +115,8 @@ def test_each_frame_has_its_row() -> None:
 
 
 def test_flags_become_spans() -> None:
-    assert true_spans(np.array([True, False, False, True, True]), 10.0) == [(0.0, 0.1), (0.3, 0.5)]
-    assert true_spans(np.zeros(3, dtype=bool), 10.0) == []
+    assert spans_in_seconds(np.array([True, False, False, True, True]), 10.0) == [(0.0, 0.1), (0.3, 0.5)]
+    assert spans_in_seconds(np.zeros(3, dtype=bool), 10.0) == []
 
 
 def test_plots_keep_the_worst_frame_of_long_clips() -> None:
@@ -193,7 +192,7 @@ def test_a_folder_has_one_page_with_means_and_links(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        ({"kept": np.zeros(3, dtype=bool)}, r"kept has shape \(3,\), should be \(90,\)"),
+        ({"confidence": np.zeros(3)}, r"confidence has shape \(3,\), should be \(90,\)"),
         ({"after": posed({}, frames=60)}, "90 frames at 60 fps before, 60 at 60"),
     ],
 )

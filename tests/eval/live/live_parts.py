@@ -34,17 +34,17 @@ class CheapBodies:
     """Bodies that stand where the pelvis tracker is, turned like it; a head below 1 m is no T-pose, beyond ``NOWHERE`` nobody is found."""
 
     def __init__(self, users: int) -> None:
-        """Make places; ``batches`` tells how many were solved together each time."""
+        """Make slots; ``batches`` holds the number of users of each batch."""
         self.users = users
         self.frames = np.zeros(users, dtype=int)
         self.batches: list[int] = []
 
     def reset(self, rows: np.ndarray) -> None:
-        """Begin again."""
+        """Restart the calibration."""
         self.frames[rows] = 0
 
     def step(self, rows: np.ndarray, trackers: TrackerPoses) -> SolvedFrames:
-        """Return where trackers are."""
+        """Return bodies at the pelvis trackers."""
         assert len(set(rows.tolist())) == len(rows)
         self.batches.append(len(rows))
         low = trackers.positions[:, 0, 2] < 1.0

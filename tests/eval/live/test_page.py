@@ -1,4 +1,4 @@
-"""The live service's page: what it serves and what it refuses, and that figures move in a real browser."""
+"""The live service's page: requests served and refused, and humanoids that move in a real browser."""
 
 import asyncio
 import io

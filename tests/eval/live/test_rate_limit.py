@@ -1,4 +1,4 @@
-"""How quickly a client may send: credits and rates worked out by hand."""
+"""Limits of a client's rate: credits and rates worked out by hand."""
 
 import pytest
 

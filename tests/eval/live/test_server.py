@@ -1,4 +1,4 @@
-"""The live service over real sockets: what good clients get, what bad ones get, and that the first never notice the second."""
+"""The live service over real sockets: answers to good clients, errors for bad ones, and no effect of these on those."""
 
 import asyncio
 import json
@@ -132,7 +132,7 @@ def test_each_user_has_a_place_of_its_own() -> None:
 
 def test_wrong_lines_are_told_and_forgiven() -> None:
     async def test() -> None:
-        async with serving(limits=replace(CALM, bad=20)) as service:
+        async with serving(limits=replace(CALM, max_bad_lines=20)) as service:
             good, bad = await service.client(), await service.client()
             for wrong, told in (
                 (b"nonsense\n", "no JSON"),
@@ -243,7 +243,7 @@ def test_frames_that_wait_are_answered_before_the_end() -> None:
 
 def test_who_is_silent_is_sent_away() -> None:
     async def test() -> None:
-        async with serving(limits=replace(CALM, idle=0.4)) as service:
+        async with serving(limits=replace(CALM, max_idle_s=0.4)) as service:
             stranger, silent, good = await service.connect(), await service.client(), await service.client()
             gone = asyncio.gather(stranger.last_words(), silent.last_words())
             while not gone.done():
@@ -260,7 +260,7 @@ def test_who_is_silent_is_sent_away() -> None:
 
 def test_who_does_not_read_is_dropped() -> None:
     async def test(deaf: socket.socket) -> None:
-        async with serving(limits=replace(CALM, behind=100_000, flood=1e9, unread=32 * 1024)) as service:
+        async with serving(limits=replace(CALM, max_waiting_lines=100_000, max_lines_per_s=1e9, max_unread_bytes=32 * 1024)) as service:
             good = await service.client()
             deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
             deaf.setblocking(False)

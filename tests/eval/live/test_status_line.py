@@ -1,4 +1,4 @@
-"""What the terminal shows of the live service."""
+"""Status line and summary of the live service."""
 
 import asyncio
 import io

@@ -1,4 +1,4 @@
-"""What feet carry: half of 706.3 N each, or all of it."""
+"""Loads of the feet: half of 706.3 N each, or all of it."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ WEIGHT = 9.81 * TOTAL_MASS_KG
 
 
 def loads_of(motion: BodyMotion, steps: int = 15) -> np.ndarray:
-    """Return what the feet carry after a body stood in a pose for so many control steps, in its last ten frames, shape (10, 2)."""
+    """Return the loads of the feet [N] in the last ten frames of so many control steps in a pose, shape (10, 2)."""
     library = with_feed_forward(MotionLibrary.from_clips([motion]))
     assert library.feed_forward is not None
     physics, film = RecordingPhysics(1), []

@@ -1,4 +1,4 @@
-"""Pictures of the humanoid: what is in them, and what is said where none can be made."""
+"""Pictures of the humanoid: their content, and the message where none can be made."""
 
 import subprocess
 from pathlib import Path
@@ -97,7 +97,7 @@ def test_a_strip_of_pictures_is_written(clip: np.ndarray, tmp_path: Path) -> Non
 
 
 def test_no_way_to_render_is_said_plainly(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert not render._works("no such way")
+    assert not render._backend_works("no such backend")
     monkeypatch.setattr(render, "can_render", lambda: False)
     with pytest.raises(RuntimeError, match="apt install"):
         render.SceneRenderer(64, 64, 45.0)

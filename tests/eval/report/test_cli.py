@@ -1,4 +1,4 @@
-"""The report of a run: its arithmetic, its files, and what it says of bad input."""
+"""The report of a run: its arithmetic, its files, and its messages about bad input."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""Trainings of a study: started as a user would, not repeated, stopped together, refused with a word."""
+"""Trainings of a study: the command line, no repetition, stopping together, and refused input."""
 
 import sys
 from collections.abc import Callable

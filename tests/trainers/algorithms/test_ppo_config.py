@@ -1,4 +1,4 @@
-"""What a user may have mistyped in a config becomes one line that says what would be right."""
+"""Bad values in a config become one line that says what would be right."""
 
 from typing import Any
 
@@ -12,9 +12,9 @@ from trainers.data.motion_config import DataConfig
 @pytest.mark.parametrize(
     ("field", "value", "message"),
     [
-        ("rewarded", "truth", r"data\.rewarded is 'truth', should be observed or clean"),
-        ("synthetic", -1, r"data\.synthetic is -1, should be 0 or more"),
-        ("roots", "guessed", r"data\.roots is 'guessed', should be recorded or reconstructed"),
+        ("reward_target", "truth", r"data\.reward_target is 'truth', should be observed or clean"),
+        ("synthetic_sets", -1, r"data\.synthetic_sets is -1, should be 0 or more"),
+        ("root_source", "guessed", r"data\.root_source is 'guessed', should be recorded or reconstructed"),
         ("suit_clips", -2, r"data\.suit_clips is -2, should be 0 or more"),
         ("suit_share", 1.5, r"data\.suit_share is 1\.5, should be from 0 to 1"),
         ("suit_severity", -0.1, r"data\.suit_severity is -0\.1, should be 0 or more"),

@@ -1,11 +1,13 @@
-"""Prepared motion comes back as it was, however its arrays lie in memory."""
+"""Cache of prepared motion: what was written comes back, and is prepared anew only where it must be."""
 
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from datasets.library.motion_library import ClipInfo
-from trainers.data.motion_cache import read_prepared, write_prepared
+from trainers.data.motion_cache import PreparedClips, prepare_cached, read_prepared, write_prepared
+from trainers.data.motion_config import SourceConfig
 
 
 def test_arrays_with_their_axes_in_another_order_come_back(tmp_path: Path) -> None:
@@ -22,3 +24,25 @@ def test_arrays_with_their_axes_in_another_order_come_back(tmp_path: Path) -> No
 def test_a_broken_cache_is_none(tmp_path: Path) -> None:
     (tmp_path / "one.safetensors").write_bytes(b"broken")
     assert read_prepared(tmp_path / "one.safetensors") is None
+
+
+def test_it_is_prepared_once_for_all_settings_but_those_ignored(tmp_path: Path) -> None:
+    times: list[int] = []
+
+    def prepare() -> PreparedClips:
+        times.append(len(times))
+        return (ClipInfo("one", "ann", "optical", "walk", 0, 5),), {"x": np.zeros(5)}, 45.0
+
+    def prepared(config: SourceConfig) -> PreparedClips:
+        return prepare_cached(config, ("holdout",), "trainers.data.motion_cache", tmp_path, prepare, lambda _: None)
+
+    first, again = prepared(SourceConfig()), prepared(SourceConfig(holdout="ann"))
+    assert times == [0]
+    assert (first[0], first[2]) == (again[0], again[2])
+    prepared(SourceConfig(seed=1))
+    assert times == [0, 1]
+
+
+def test_a_setting_that_is_not_there_cannot_be_ignored(tmp_path: Path) -> None:
+    with pytest.raises(KeyError, match="hold_out"):
+        prepare_cached(SourceConfig(), ("hold_out",), "trainers.data.motion_cache", tmp_path, lambda: pytest.fail(), lambda _: None)

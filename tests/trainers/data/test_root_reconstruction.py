@@ -1,4 +1,4 @@
-"""Whose root a clip in the library follows."""
+"""Choice of the clips' roots: recorded or reconstructed."""
 
 from dataclasses import replace
 
@@ -7,11 +7,11 @@ import pytest
 
 from agents.root.model import RootModel
 from agents.root.spec import RootSpec
+from agents.weights import pretrained
 from datasets.imu.suit_simulation import simulate_suit
 from datasets.library.sources import SourceMotion
 from datasets.motion.kinematics import body_poses, lowest_point_heights
 from tests.builders import lively, posed
-from trainers.data import root_reconstruction as roots
 from trainers.data.root_reconstruction import RootSource
 
 
@@ -26,7 +26,7 @@ def still_models(monkeypatch: pytest.MonkeyPatch) -> None:
         head.bias.data.zero_()
         return built
 
-    monkeypatch.setattr(roots, "load_pretrained_root", model)
+    monkeypatch.setattr(pretrained, "load_pretrained_root", model)
 
 
 @pytest.mark.usefixtures("still_models")

@@ -1,4 +1,4 @@
-"""What a run is trained on: pairs, mirrored clips, made-up people, and the torques that carry them, prepared once."""
+"""Libraries that a run trains on: pairs, mirrored clips, synthetic people, and feed-forward torques, prepared once."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -108,7 +108,7 @@ def test_what_was_prepared_once_is_read_again(tmp_path: Path, monkeypatch: pytes
     assert any("was prepared before" in line for line in said)
 
 
-@pytest.mark.parametrize("change", [{"rewarded": "clean"}, {"mirror": True}, {"synthetic": 1}])
+@pytest.mark.parametrize("change", [{"reward_target": "clean"}, {"mirror": True}, {"synthetic_sets": 1}])
 def test_other_settings_are_prepared_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, change: dict) -> None:
     prepare_motions(NOTHING, tmp_path, silent)
 

@@ -1,4 +1,4 @@
-"""What is saved comes back; what is broken is passed over."""
+"""Checkpoints: what is saved comes back; broken files are passed over."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Which device a config means, what it is called, and when tensor cores multiply."""
+"""Device of a config, its name and its precision."""
 
 from pathlib import Path
 

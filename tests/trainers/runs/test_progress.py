@@ -1,4 +1,4 @@
-"""A run ends when it is asked to, by whom ever."""
+"""Requests to stop a run, by signals and by the end of a scheduler's job."""
 
 import os
 import signal
@@ -12,7 +12,7 @@ from trainers.runs.progress import StopSignal
 
 @pytest.fixture(autouse=True)
 def signals() -> Iterator[None]:
-    """Give the signals back that ``Stop`` listens to."""
+    """Restore the handlers of the signals that ``StopSignal`` handles."""
     before = {name: signal.getsignal(name) for name in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)}
     yield
     for name, handler in before.items():

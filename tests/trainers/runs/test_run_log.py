@@ -1,4 +1,4 @@
-"""Numbers and lines of a run, also where they cannot be written."""
+"""Log of a run, also where it cannot be written."""
 
 import errno
 import io

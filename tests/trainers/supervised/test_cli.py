@@ -14,6 +14,7 @@ from configs.source_code import PROJECT_ROOT
 from datasets.imu.sensor_model import BODY_COUNT
 from datasets.motion.clip import BodyMotion
 from tests.trainers.run_comparison import final_state, same
+from trainers.runs.checkpoint import Checkpoints
 from trainers.supervised import cli as supervised
 from trainers.supervised.root_config import RootConfig, RootDataConfig, RootLearnerConfig
 
@@ -31,7 +32,7 @@ def gliding(name: str, performer: str, speed: float, frames: int = 300) -> BodyM
 def tiny(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> RootConfig:
     """Return the config of a run of 60 batches on two gliding performers."""
     clips = [gliding("one", "ann", 1.0), gliding("two", "bob", 0.8, 150)]
-    monkeypatch.setattr("trainers.supervised.root_data.load_clips", lambda *_, **__: clips)
+    monkeypatch.setattr("trainers.supervised.takes.load_clips", lambda *_, **__: clips)
     source = tmp_path / "clips"
     source.mkdir()
     (source / "one.bvh").write_text("in its place come the clips above")
@@ -86,6 +87,22 @@ def test_resumed_equals_uninterrupted(tiny: RootConfig, monkeypatch: pytest.Monk
     same(final_state(whole), final_state(parts))
 
 
+def test_a_run_of_an_earlier_version_goes_on(tiny: RootConfig) -> None:
+    # Its config and its checkpoint know settings by the keys that they had then.
+    folder = supervised.train(replace(tiny, samples=10 * 64), resume=False)
+    checkpoints = Checkpoints(folder / "checkpoints", print)
+    newest = checkpoints.newest()
+    assert newest is not None
+    tree, _ = newest
+    then = {"data.synthetic_sets": "data.synthetic", "data.suit_takes": "data.takes", "data.pose_source": "data.poses"}
+    assert then.keys() <= tree["made_of"].keys()
+    tree["made_of"] = {then.get(name, name): value for name, value in tree["made_of"].items()}
+    checkpoints.save(11, tree)
+    checkpoints.raise_if_last_failed()
+    supervised.train(replace(tiny, samples=20 * 64), resume=True)
+    assert final_state(folder)["clock"]["samples"] == 20 * 64
+
+
 def test_clips_that_are_too_short_are_one_line(tiny: RootConfig) -> None:
     with pytest.raises(InputError, match="no training clip is as long as 401 frames at 100 Hz"):
         supervised.train(replace(tiny, learner=replace(tiny.learner, batch=100, sequence=50)), resume=False)
@@ -95,7 +112,7 @@ def test_test_performers_are_never_seen(tiny: RootConfig) -> None:
     folder = supervised.train(replace(tiny, samples=64, data=replace(tiny.data, test_performers=("bob",), holdout="none")), resume=False)
     card = RootModel.load(folder / "best" / "model.safetensors")[1]
     assert card["performers"] == ["ann"]
-    assert card["data"]["test"] == ["bob"]
+    assert card["data"]["test_performers"] == ["bob"]
 
 
 def test_a_network_with_batch_normalisation_goes_on(tiny: RootConfig) -> None:

@@ -37,7 +37,7 @@ def bobbing(name: str, performer: str, frames: int = 400) -> BodyMotion:
 def tiny(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> LobstrConfig:
     """Return the config of a run of 20 batches on two people who bob."""
     clips = [bobbing("one", "ann"), bobbing("two", "bob", 120)]
-    monkeypatch.setattr("trainers.supervised.lobstr_data.load_clips", lambda *_, **__: clips)
+    monkeypatch.setattr("trainers.supervised.takes.load_clips", lambda *_, **__: clips)
     source = tmp_path / "clips"
     source.mkdir()
     (source / "one.bvh").write_text("in its place come the clips above")
@@ -95,7 +95,7 @@ def test_clips_that_are_too_short_are_one_line(tiny: LobstrConfig) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["learner.predictd=2"], "unknown key 'learner.predictd', did you mean 'learner.predicted'"),
+        (["learner.predictd=2"], "unknown key 'learner.predictd', did you mean 'learner.predicted_frames'"),
         (["learner.predicted_frames=1"], "learner.predicted_frames is 1, should be 2 or more"),
         (["model.encoder=transformer"], "model.encoder is 'transformer', should be one of gru"),
         (["learns=root"], "learns is 'root', should be lower_body"),

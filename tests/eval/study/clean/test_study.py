@@ -191,7 +191,7 @@ def recordings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Leave a folder of real motion of people who stand, one of them long enough for physics, and a policy in the package."""
     monkeypatch.setattr(crowd, "NUM_SAMPLES", 4)
     monkeypatch.setattr(crowd, "NUM_SURVIVORS", 2)
-    monkeypatch.setattr(clean_study, "THREADS", 1)
+    monkeypatch.setattr(clean_study, "available_cores", lambda: 1)
     monkeypatch.setattr(clean_study, "PRETRAINED_POLICY", leave_policy(tmp_path / "package" / "mimic.safetensors", 0))
     pose = {"upper_arm_l_x": -70.0, "upper_arm_r_x": 70.0}
     for name, frames in {"cmu/test/ann_walk": 66, "noncommercial/bandai/test/bob_wave": 30, **dict.fromkeys(IMU_SUIT_CLIPS, 30)}.items():
@@ -237,8 +237,9 @@ def test_the_study_goes_on_where_it_was_interrupted(recordings: Path, tmp_path: 
 
 def test_what_a_result_depends_on_is_found_through_imports() -> None:
     behind = {f"{file.parent.name}/{file.stem}" for file in imported_files(Case.__module__)}
-    assert {"eval/clean_cases", "eval/crowd", "envs/physics_cpu", "agents/policy", "trainers/roots", "datasets/synthetic"} <= behind
-    assert not {"eval/clean_study", "eval/page", "trainers/ppo"} & behind
+    needed = {"clean/cases", "clean/samcon", "physics/mujoco_cpu", "policy/policy", "data/root_reconstruction", "synthetic/clips"}
+    assert needed <= behind
+    assert not {"clean/study", "protocol/page", "ppo/cli"} & behind
 
 
 def test_another_policy_or_another_clip_is_another_result(recordings: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
