@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from datasets.cleanup.foot_contacts import debounce_labels, true_spans
+from datasets.cleanup.foot_contacts import debounce_labels, detect_foot_contacts, true_spans
 from datasets.cleanup.support_levels import detect_climbing, detect_hanging
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_NAMES, HEAD_BODY
@@ -65,7 +65,7 @@ def find_off_feet_spans(motion: BodyMotion) -> list[OffFeetSpan]:
     """
     positions, rotations = body_poses(motion)
     lowest, soles = lowest_point_heights(positions, rotations), sole_points(positions, rotations)
-    bottom = lowest.min(axis=1)
+    bottom, heights, contacts = lowest.min(axis=1), soles[..., 2].min(axis=-1), detect_foot_contacts(motion)
     pelvis = positions[:, 0, 2] - soles[..., 2].min(axis=(1, 2))
     seated = lowest[:, 0] - bottom < RESTING_HEIGHT_M
     unsupported = seated | _unbalanced(pelvis, soles, centre_of_mass(positions, rotations), motion.fps)
@@ -76,8 +76,8 @@ def find_off_feet_spans(motion: BodyMotion) -> list[OffFeetSpan]:
         "lies": lies,
         "kneels or crawls": knelt & ~lies,
         "sits or is held": down & ~knelt & ~lies,
-        "climbs": detect_climbing(motion),
-        "hangs or is carried": detect_hanging(motion),
+        "climbs": detect_climbing(motion, contacts, heights),
+        "hangs or is carried": detect_hanging(motion, contacts, heights, positions, bottom),
     }
     return _spans(found, _with_ways(down | lies, pelvis, motion.fps), motion.fps)
 

@@ -5,10 +5,10 @@ A suit's root drifts up and down by decimetres, but slowly; and two standing fee
 
 import numpy as np
 
-from datasets.cleanup.foot_contacts import MAX_CONTACT_SPEED_M_S, detect_foot_contacts, true_spans
+from datasets.cleanup.foot_contacts import MAX_CONTACT_SPEED_M_S, true_spans
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import FOOT_AND_TOE_BODIES
-from datasets.motion.kinematics import body_poses, linear_velocity, lowest_point_heights, sole_points
+from datasets.motion.kinematics import linear_velocity
 
 # Measured on level ground, 320 real clips and 221 of simulated suits: two feet that stand together differ by up to 0.08 m, by 0.11 m
 # with a reconstructed root; a foot differs from the one that stood before by up to 0.14 m, but by 0.8 m with a reconstructed root.
@@ -23,15 +23,16 @@ MAX_HANGING_SWING_M_S = 1.0  # m/s, of the feet relative to the pelvis: running 
 Stance = tuple[int, int, int]  # first frame, frame after the last, side
 
 
-def detect_climbing(motion: BodyMotion) -> np.ndarray:
+def detect_climbing(motion: BodyMotion, contacts: np.ndarray, heights: np.ndarray) -> np.ndarray:
     """Return whether a foot stands on something else than the ground, or is on its way there or back, in each frame, shape (T,).
 
     That holds only if the feet somewhere are on levels that differ as stairs do; else it is the clip that floats.
 
     Args:
         motion: Clip on its ground; of one whose root was not recorded only feet that stand together are compared.
+        contacts: Contacts of the left and the right foot, shape (T, 2).
+        heights: Heights of both soles' lowest points [m], shape (T, 2).
     """
-    contacts, heights = detect_foot_contacts(motion), _sole_heights(motion)
     stances = sorted((start, stop, side) for side in (0, 1) for start, stop in true_spans(contacts[:, side]).tolist())
     level = {stance: float(np.median(heights[stance[0] : stance[1], stance[2]])) for stance in stances}
     climbed = {max(pair, key=lambda stance: abs(level[stance])) for pair in _steps(stances, level, heights, motion)}
@@ -73,22 +74,25 @@ def _steps(stances: list[Stance], level: dict[Stance, float], heights: np.ndarra
     return steps
 
 
-def detect_hanging(motion: BodyMotion) -> np.ndarray:
+def detect_hanging(motion: BodyMotion, contacts: np.ndarray, heights: np.ndarray, positions: np.ndarray, lowest: np.ndarray) -> np.ndarray:
     """Return whether the figure moves above the ground with hanging legs for longer than a jump lasts, in each frame, shape (T,).
 
     Never if no root was recorded.
 
     Args:
         motion: Clip on its ground, or floating over it as a whole: the ground is where feet stand before and after.
+        contacts: Contacts of the left and the right foot, shape (T, 2).
+        heights: Heights of both soles' lowest points [m], shape (T, 2).
+        positions: Origins of the bodies [m], shape (T, 20, 3).
+        lowest: Height of the figure's lowest point [m], shape (T,).
     """
     hangs = np.zeros(len(motion), dtype=bool)
     if not motion.rooted:
         return hangs
-    (positions, rotations), contacts, heights = body_poses(motion), detect_foot_contacts(motion), _sole_heights(motion)
     standing = np.flatnonzero(contacts.any(axis=1))
     under = np.where(contacts, heights, np.inf)[standing].min(axis=1)
     ground = np.interp(np.arange(len(motion)), standing, under) if len(standing) else 0.0
-    above = lowest_point_heights(positions, rotations).min(axis=1) - ground
+    above = lowest - ground
     feet = positions[:, [foot for foot, _ in FOOT_AND_TOE_BODIES]]
     speed = np.linalg.norm(linear_velocity(feet, motion.fps), axis=-1).min(axis=1)
     swing = np.linalg.norm(linear_velocity(feet - positions[:, :1], motion.fps), axis=-1).mean(axis=1)
@@ -96,8 +100,3 @@ def detect_hanging(motion: BodyMotion) -> np.ndarray:
         moves = speed[start:stop].mean() > MAX_CONTACT_SPEED_M_S and swing[start:stop].mean() < MAX_HANGING_SWING_M_S
         hangs[start:stop] = moves and stop - start > MAX_FLIGHT_S * motion.fps
     return hangs
-
-
-def _sole_heights(motion: BodyMotion) -> np.ndarray:
-    """Return the height of each foot's lowest sole point [m], shape (T, 2)."""
-    return sole_points(*body_poses(motion))[..., 2].min(axis=-1)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from datasets.motion.curves import smooth_step
 from datasets.motion.rotation import cross, from_axis_angle, multiply, rotate
 from datasets.motion.vectors import rotation_between, unit_vector
 
@@ -26,8 +27,7 @@ def bend_normal(upper: np.ndarray, lower: np.ndarray, calibrated: np.ndarray, al
     own, calibrated = unit_vector(bend), unit_vector(_across(calibrated, along))
     agreement = 0.5 + 0.5 * np.sum(own * calibrated, axis=-1)  # 1 bends as calibrated, 0 the opposite way
     begin, end = (low + (high - low) * agreement for low, high in zip(BLEND_AGAINST, BLEND_ALONG, strict=True))
-    share = np.clip((angle - begin) / (end - begin), 0.0, 1.0)[:, None]
-    share = share * share * (3.0 - 2.0 * share)
+    share = smooth_step((angle - begin) / (end - begin))[:, None]
     return unit_vector(_across((1.0 - share) * calibrated + share * own, along))
 
 

@@ -1,7 +1,13 @@
-"""Smooth curves over time for synthetic motion: minimum-jerk steps and key frames, noise, Gaussian smoothing."""
+"""Smooth curves over time: cubic and minimum-jerk steps and key frames, noise, Gaussian smoothing."""
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
+
+
+def smooth_step(u: np.ndarray) -> np.ndarray:
+    """Return the cubic rise from 0 at ``u`` <= 0 to 1 at ``u`` >= 1."""
+    u = np.clip(u, 0.0, 1.0)
+    return u * u * (3.0 - 2.0 * u)
 
 
 def smoother_step(u: np.ndarray) -> np.ndarray:

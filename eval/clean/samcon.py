@@ -22,6 +22,7 @@ from envs.physics.mujoco_cpu import RecordingPhysics
 from envs.physics.protocol import FRAMES_PER_STEP
 from envs.vector_env import AdaptMimicVectorEnv
 
+POSE_SIZE, VELOCITY_SIZE = 7 + HINGE_COUNT, 6 + HINGE_COUNT  # of a free root and the hinges
 NUM_SAMPLES = 96  # simulated worlds
 NUM_SURVIVORS = 24  # samples that are kept; the first copy of each goes on without noise
 STEPS_PER_WINDOW = 1  # control steps between selections: 28 mm from the clip, where three are 32 mm from it (eval.study search)
@@ -163,4 +164,4 @@ def _backtrack(start: int, first: np.ndarray, windows: list[_Window], steps_on_t
         parts.append(earlier.substates[world])
     substates = np.concat([first[:1], *parts[::-1]]).astype(float)
     substates[0, -HINGE_COUNT:] = substates[min(1, len(substates) - 1), -HINGE_COUNT:]  # the motors had no targets yet
-    return Segment(start, *np.split(substates, [50, 99], axis=1))
+    return Segment(start, *np.split(substates, [POSE_SIZE, POSE_SIZE + VELOCITY_SIZE], axis=1))

@@ -8,6 +8,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from agents.policy.policy import Policy
 from datasets.motion.clip import BodyMotion
+from datasets.motion.curves import smooth_step
 from datasets.motion.humanoid import rotations_from_hinges
 from datasets.motion.rotation import normalise
 from datasets.motion.smoothing import smooth_motion
@@ -92,19 +93,13 @@ def _confidence(simulated: BodyMotion, clip: BodyMotion, restarts: list[int]) ->
     """Return the confidence of a simulation, shape (T,): 1 near the clip and far from restarts, 0 where it left the clip."""
     pose_errors = distances_local(simulated, clip).mean(axis=1)
     confidence = gaussian_filter1d(
-        _smooth_step((ZERO_CONFIDENCE_ERROR_M - pose_errors) / (ZERO_CONFIDENCE_ERROR_M - FULL_CONFIDENCE_ERROR_M)),
+        smooth_step((ZERO_CONFIDENCE_ERROR_M - pose_errors) / (ZERO_CONFIDENCE_ERROR_M - FULL_CONFIDENCE_ERROR_M)),
         CONFIDENCE_SMOOTHING_STD_S * clip.fps,
         mode="nearest",
     )
     for frame in restarts:
-        confidence *= _smooth_step(np.abs(np.arange(len(clip)) - frame) / (RESTART_FADE_S * clip.fps))
+        confidence *= smooth_step(np.abs(np.arange(len(clip)) - frame) / (RESTART_FADE_S * clip.fps))
     return confidence
-
-
-def _smooth_step(x: np.ndarray) -> np.ndarray:
-    """Return the cubic smooth step: 0 up to zero, 1 from one on."""
-    x = np.clip(x, 0.0, 1.0)
-    return x * x * (3.0 - 2.0 * x)
 
 
 def _blend(clip: BodyMotion, simulated: BodyMotion, confidence: np.ndarray, segment_starts: list[int]) -> BodyMotion:
