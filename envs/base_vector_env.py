@@ -19,8 +19,8 @@ from envs.mimic.root_assist import root_assist_wrench
 from envs.mimic.spec import MimicSpec
 from envs.mimic.start_sampling import StartSampler
 from envs.mimic.step_outcome import StepOutcome, evaluate_step
+from envs.physics.engine_interface import FRAMES_PER_STEP
 from envs.physics.inverse_dynamics import with_feed_forward
-from envs.physics.protocol import FRAMES_PER_STEP
 from envs.world_state import WorldState
 
 OBSERVATION_LIMIT = 1e5  # m or m/s: more than bodies can reach while no degree of freedom exceeds MAX_DOF_SPEED of the physics
@@ -30,7 +30,7 @@ class MimicVectorEnvBase(VectorEnv):
     """Base of the vector envs: owns world state, metrics and the control step; subclasses reset worlds and draw random numbers.
 
     Attributes:
-        physics: Physics backend, see ``envs.physics.protocol``.
+        physics: Physics backend, see ``envs.physics.engine_interface``.
         physics_failures: Number of worlds in which physics failed until now.
         assist_force_bw: Largest assisting force on the root [body weights]; 0 but in trainings that set it.
     """

@@ -19,7 +19,7 @@ from envs.mimic.spec import (
     action_table,
     observation_table,
 )
-from envs.physics.protocol import FRAMES_PER_STEP
+from envs.physics.engine_interface import FRAMES_PER_STEP
 from envs.vector_env import AdaptMimicVectorEnv
 
 

@@ -7,14 +7,14 @@ import sys
 import numpy as np
 from rich.console import Console
 
-from configs.command import run_command
 from configs.errors import InputError, require
+from configs.exit_codes import run_command
 from datasets.library.sources import load_clips
 from datasets.motion.clip import BodyMotion
 from datasets.trackers.trackers import TRACKER_RATE_HZ
 from eval.live.client import PlaybackResult, play
-from eval.live.protocol import DEFAULT_HOST, DEFAULT_PORT
 from eval.live.virtual_user import TrackerReplay, measure_answers, replay_as_trackers
+from eval.live.wire_protocol import DEFAULT_HOST, DEFAULT_PORT
 
 DEFAULT_HEIGHT_CM = 171  # of one of the paper's users
 

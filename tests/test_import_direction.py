@@ -34,7 +34,7 @@ LAYERS = {
     "eval": [
         {"live", "metrics", "runs", "backends"},
         {"", "pages"},
-        {"clean", "report", "study.protocol", "study.suit", "benchmark.contacts", "benchmark.peers", "benchmark.timing"},
+        {"clean", "report", "study.framework", "study.suit", "benchmark.contacts", "benchmark.peers", "benchmark.timing"},
         {"study.clean", "study.lobstr", "study.policy", "study.root", "benchmark.scaling"},
         {"study.search"},
         {"study"},

@@ -8,9 +8,9 @@ from scipy.interpolate import CubicSpline
 from agents.root.model import RootModel
 from agents.root.path import FULL_ORDER, predict_root_path
 from configs.errors import InputError
-from datasets.cleanup.anti_skate import apply_stance_root_filter
 from datasets.cleanup.ballistic_flight import apply_ballistic_root
 from datasets.cleanup.ground_levelling import level_to_ground
+from datasets.cleanup.stance_root_filter import apply_stance_root_filter
 from datasets.imu.free_acceleration import accelerations_from_pose
 from datasets.imu.root_features import ROOT_RATE_HZ, RootFrames, root_frames
 from datasets.motion.clip import BodyMotion

@@ -5,8 +5,8 @@ from itertools import islice, repeat
 
 import numpy as np
 
-from datasets.cleanup.anti_skate import StanceRootFilter
 from datasets.cleanup.ballistic_flight import ACCELERATION_WINDOW_SAMPLES, BallisticRoot, com_acceleration
+from datasets.cleanup.stance_root_filter import StanceRootFilter
 from datasets.imu.root_features import ROOT_RATE_HZ
 from datasets.motion.pose_points import PosePoints
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from datasets.cleanup.foot_contacts import MIN_CONTACT_GAP_S, MIN_CONTACT_S, debounce_labels
-from datasets.cleanup.foot_lock import foot_lock_offsets
+from datasets.cleanup.foot_lock_offsets import foot_lock_offsets
 from datasets.motion.clip import Motion
 from datasets.motion.humanoid import BODY_NAMES, FOOT_AND_TOE_BODIES
 from datasets.motion.kinematics import body_poses, joint_poses, lowest_point_heights, sole_points

@@ -12,8 +12,8 @@ from rich.progress import track
 from rich.table import Table
 from rich.text import Text
 
-from configs.command import run_command
 from configs.errors import InputError
+from configs.exit_codes import run_command
 from datasets.describe.picture import draw
 from datasets.imu.recording import load_performer_clip
 from datasets.library.sources import find_motion_files

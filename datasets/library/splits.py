@@ -1,33 +1,13 @@
-"""Sampling weights of clips, and the performer held out of training."""
+"""The performer who is held out of training, and the identity of a set of clips."""
 
 import hashlib
 import json
 from collections.abc import Sequence
 
-import numpy as np
-
 from configs.errors import InputError
 from datasets.library.motion_library import ClipInfo
 
 HOLDOUT_SHARE = 0.08  # of all frames, for a held-out performer: enough for measuring, little lost for training
-
-
-def clip_sampling_weights(clips: Sequence[ClipInfo], suit_share: float) -> np.ndarray:
-    """Return the sampling weights of clips: by length, with a fixed share for the clips of simulated suits.
-
-    Args:
-        clips: Clips of a library.
-        suit_share: Share of the draws for clips of system "imu_suit", if there are both kinds.
-
-    Returns:
-        Weights that sum to one, shape (clips,).
-    """
-    frames = np.array([clip.frames for clip in clips], dtype=float)
-    suited = np.array([clip.system == "imu_suit" for clip in clips])
-    if not suited.any() or suited.all():
-        return frames / frames.sum()
-    shares = np.where(suited, suit_share / frames[suited].sum(), (1.0 - suit_share) / frames[~suited].sum())
-    return shares * frames
 
 
 def resolve_holdout(clips: Sequence[ClipInfo], wanted: str) -> str:

@@ -8,7 +8,7 @@ from datasets.library.motion_library import Observed
 from datasets.motion.body_state import BodyState
 from datasets.motion.rotation import Array, array_namespace
 from envs.mimic.spec import REWARD_TERMS
-from envs.physics.protocol import FRAMES_PER_STEP
+from envs.physics.engine_interface import FRAMES_PER_STEP
 
 TRACKING_METRICS = ("episode_length_ratio", "root_mse", "sr90", "max_reward_ratio", "root_mse_truth", "body_error")
 SR90_MIN_LENGTH_RATIO = 0.9  # of the reference's length, eq. 4.13

@@ -6,7 +6,7 @@ import numpy as np
 
 from datasets.library.motion_library import MotionLibrary
 from datasets.motion.rotation import Array, array_namespace
-from envs.physics.protocol import FRAMES_PER_STEP
+from envs.physics.engine_interface import FRAMES_PER_STEP
 
 BIN_FRAMES = 30  # half a second
 UNIFORM_SHARE = 0.3  # of the starts, drawn regardless of failures

@@ -13,8 +13,8 @@ from mujoco.batch import Batch
 from datasets.motion.body_state import BodyState
 from datasets.motion.clip import FPS
 from datasets.motion.humanoid import BODY_COUNT
+from envs.physics.engine_interface import CONTROL_STEP_S, FRAMES_PER_STEP, engine_steps
 from envs.physics.humanoid_mjcf import build_model
-from envs.physics.protocol import CONTROL_STEP_S, FRAMES_PER_STEP, engine_steps
 
 MAX_DOF_SPEED = 500.0  # m/s or rad/s of any degree of freedom; beyond it a world has exploded
 _ALL = slice(None)
@@ -31,7 +31,7 @@ def _disable_engine_log() -> None:
 
 
 class CpuPhysics:
-    """N humanoids on MuJoCo's thread pool; keeps the protocol of ``envs.physics.protocol``.
+    """N humanoids on MuJoCo's thread pool; keeps the protocol of ``envs.physics.engine_interface``.
 
     Attributes:
         model: Model of the humanoid on the floor.

@@ -10,9 +10,9 @@ import torch
 from configs.errors import InputError
 from datasets.motion.body_state import BodyState
 from datasets.motion.humanoid import BODY_COUNT
+from envs.physics.engine_interface import CONTROL_STEP_S, engine_steps
 from envs.physics.humanoid_mjcf import build_model
 from envs.physics.mujoco_cpu import MAX_DOF_SPEED
-from envs.physics.protocol import CONTROL_STEP_S, engine_steps
 
 MAX_CONTACTS_PER_WORLD = 64  # on average over all worlds, which share the memory; under a random policy worlds have 12
 MAX_CONSTRAINT_ROWS = 256  # of the solver in each world: 64 contacts; under a random policy worlds have up to 84 rows
@@ -23,7 +23,7 @@ _MEASURED = ("overflow", "xpos", "xmat", "sensordata")
 
 
 class WarpPhysics:
-    """N humanoids on a warp device; keeps the protocol of ``envs.physics.protocol`` with tensors, and masks instead of indices.
+    """N humanoids on a warp device; keeps the protocol of ``envs.physics.engine_interface`` with tensors, and masks instead of indices.
 
     Nothing here waits for the device. The kernels of a step are recorded once as a graph and replayed.
     """

@@ -10,14 +10,14 @@ from rich.progress import Progress
 from rich.table import Table
 
 from agents.weights.pretrained import PRETRAINED_POLICY
-from configs.command import run_command
+from configs.exit_codes import run_command
 from datasets.library.sources import SYNTHETIC_SOURCE
 from envs.gym_env import load_motion_library
 from envs.physics.mujoco_warp import import_warp
 from eval.backends.episodes import COMPARED_METRICS, STEPS, EpisodePairs, episode_pairs
 from eval.backends.steps import CAUSES, StepDifferences, step_differences
 from trainers.algorithms.policy_file import load_policy
-from trainers.evaluation.protocol import zero_residual
+from trainers.evaluation.evaluation_protocol import zero_residual
 from trainers.runs.device import resolve_device
 
 

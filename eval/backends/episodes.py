@@ -9,10 +9,10 @@ from gymnasium.vector import AutoresetMode
 
 from datasets.library.motion_library import MotionLibrary
 from envs.mimic.spec import EPISODE_FRAMES, MimicSpec
-from envs.physics.protocol import FRAMES_PER_STEP
+from envs.physics.engine_interface import FRAMES_PER_STEP
 from envs.torch_env import AdaptMimicTorchEnv
 from envs.vector_env import AdaptMimicVectorEnv
-from trainers.evaluation.protocol import PolicyFn
+from trainers.evaluation.evaluation_protocol import PolicyFn
 
 COMPARED_METRICS = ("episode_length_ratio", "max_reward_ratio", "sr90", "root_mse")
 STEPS = EPISODE_FRAMES // FRAMES_PER_STEP

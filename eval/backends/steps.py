@@ -9,7 +9,7 @@ import torch
 
 from datasets.library.motion_library import MotionLibrary
 from envs.mimic.spec import MimicSpec
-from envs.physics.protocol import CONTROL_STEP_S, engine_steps
+from envs.physics.engine_interface import CONTROL_STEP_S, engine_steps
 from envs.torch_env import AdaptMimicTorchEnv
 from envs.vector_env import AdaptMimicVectorEnv
 

@@ -9,8 +9,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
-from configs.command import run_command
 from configs.errors import InputError
+from configs.exit_codes import run_command
 from datasets.library.sources import SYNTHETIC_SOURCE
 from eval.benchmark.clean import benchmark_clean
 from eval.benchmark.contact import benchmark_contact

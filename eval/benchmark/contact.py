@@ -23,7 +23,7 @@ from eval.benchmark.contacts.plot import draw_contacts
 from eval.benchmark.timing.interleaved import BenchmarkCase, BenchmarkResult, interleave, torch_threads
 from eval.recordings import TEST_CLIPS
 from trainers.algorithms.policy_file import load_policy
-from trainers.evaluation.protocol import PolicyFn, zero_residual
+from trainers.evaluation.evaluation_protocol import PolicyFn, zero_residual
 
 ROOT_HELD, POLICY = "held", "policy"
 MAX_ROOT_FORCE_BW = 0.4  # largest assist force on the root where there is no policy

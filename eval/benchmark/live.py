@@ -25,9 +25,9 @@ from datasets.trackers.trackers import PELVIS_TRACKER, TRACKER_RATE_HZ, TrackerP
 from eval.benchmark.timing.interleaved import BenchmarkCase, BenchmarkResult, interleave, torch_threads
 from eval.benchmark.timing.live_load import LockstepClients, run_service
 from eval.live.messages import LIVE, STATES
-from eval.live.protocol import Codec, TrackerFrame
 from eval.live.solver import CALIBRATION_FRAMES, LiveBodySolver
 from eval.live.virtual_user import TrackerReplay, replay_as_trackers
+from eval.live.wire_protocol import Codec, TrackerFrame
 from eval.study.lobstr.variants import USER_HEIGHTS_CM
 
 USERS = 20

@@ -19,7 +19,7 @@ from agents.root.reconstruct import reconstruct_root
 from agents.root.stream import RootStream
 from agents.root.windows import window_features
 from configs import load
-from datasets.cleanup.anti_skate import StanceRootFilter, relative_soles
+from datasets.cleanup.stance_root_filter import StanceRootFilter, relative_soles
 from datasets.imu.free_acceleration import accelerations_from_pose
 from datasets.imu.root_features import ROOT_RATE_HZ, RootFrames, root_frames
 from datasets.imu.suit_simulation import track_root

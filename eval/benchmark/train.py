@@ -31,7 +31,7 @@ from eval.benchmark.timing.interleaved import BenchmarkCase, BenchmarkResult, in
 from eval.benchmark.timing.time_to_score import NUM_SUSTAINED_EVALUATIONS, Contestant, TimeToScore
 from eval.benchmark.timing.worker_process import TrainingProcess
 from trainers.algorithms.ppo_config import PpoConfig
-from trainers.evaluation.protocol import MIN_CLIP_FRAMES, zero_residual
+from trainers.evaluation.evaluation_protocol import MIN_CLIP_FRAMES, zero_residual
 
 OURS, PEER, LIMIT = "ours, one process", "Stable-Baselines3", "bare training"
 TIME_TO_SCORE = TimeToScore(target_score=0.8, max_minutes=10.0, evaluation_interval_s=10.0)

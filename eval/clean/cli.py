@@ -10,8 +10,8 @@ import torch
 from rich.markup import escape
 
 from agents.weights.pretrained import PRETRAINED_POLICY
-from configs.command import run_command
 from configs.errors import InputError
+from configs.exit_codes import run_command
 from datasets.formats.bvh import read_bvh, write_bvh
 from datasets.library.sources import BVH_SUFFIX
 from datasets.retarget.joint_mapping import JointMapping, read_mapping

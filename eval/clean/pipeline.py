@@ -19,8 +19,9 @@ from datasets.retarget.retarget import retarget, retarget_with
 from datasets.retarget.transfer_back import to_performer_bvh, transfer_back
 from envs.mimic.spec import MimicSpec
 from eval.clean.result import CleaningResult
+from eval.clean.root_source import locate_root
 from eval.clean.simulate_clip import SimulatedClip
-from eval.clean.stages import frame_mask, locate_root, repair_kinematically, simulate_grounded_spans
+from eval.clean.stages import frame_mask, repair_kinematically, simulate_grounded_spans
 from trainers.algorithms.policy_file import load_policy
 
 

@@ -18,8 +18,8 @@ from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import HEAD_BODY, HINGE_COUNT
 from envs.mimic.episode_metrics import body_error
 from envs.mimic.spec import MimicSpec
+from envs.physics.engine_interface import FRAMES_PER_STEP
 from envs.physics.mujoco_cpu import RecordingPhysics
-from envs.physics.protocol import FRAMES_PER_STEP
 from envs.vector_env import AdaptMimicVectorEnv
 
 POSE_SIZE, VELOCITY_SIZE = 7 + HINGE_COUNT, 6 + HINGE_COUNT  # of a free root and the hinges

@@ -13,7 +13,7 @@ from datasets.motion.humanoid import rotations_from_hinges
 from datasets.motion.rotation import normalise
 from datasets.motion.smoothing import smooth_motion
 from envs.mimic.spec import MimicSpec
-from envs.physics.protocol import FRAMES_PER_STEP
+from envs.physics.engine_interface import FRAMES_PER_STEP
 from eval.clean.result import SIMULATED_CONFIDENCE
 from eval.clean.samcon import SamconSearch, Segment
 from eval.metrics.artefact_tracks import distances_local

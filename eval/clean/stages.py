@@ -1,15 +1,13 @@
-"""The stages of cleaning on the 20 bodies: root, low-pass, level ground, self-penetration, physics."""
+"""Stages of cleaning on the 20 bodies: kinematic repair (low-pass, level ground, self-penetration), and simulation of grounded spans."""
 
 from dataclasses import replace
 
 import numpy as np
 
 from agents.policy.policy import Policy
-from agents.weights.pretrained import load_pretrained_root, reconstruct_root_on_ground
 from datasets.cleanup.foot_contacts import detect_foot_contacts
-from datasets.cleanup.ground_levelling import is_floating, level_to_ground
-from datasets.cleanup.off_feet_segments import OffFeetSpan, find_off_feet_spans
-from datasets.imu.root_features import ROOT_RATE_HZ
+from datasets.cleanup.ground_levelling import level_to_ground
+from datasets.cleanup.off_feet_segments import OffFeetSpan
 from datasets.motion.clip import BodyMotion
 from datasets.motion.smoothing import smooth_motion
 from envs.mimic.spec import MimicSpec
@@ -17,32 +15,7 @@ from envs.physics.self_collision import remove_self_penetration
 from eval.clean.result import SIMULATED_CONFIDENCE
 from eval.clean.simulate_clip import SimulatedClip, simulate_clip, without_simulation
 
-ROOT_MODEL = "root3d_pose"  # a BVH holds no accelerations
 MIN_SIMULATED_FRAMES = 60  # of a span that is worth simulating
-
-
-def locate_root(recorded: BodyMotion) -> tuple[BodyMotion, list[OffFeetSpan]]:
-    """Return the clip with a root, and the spans in which somebody sits, lies, climbs or is carried.
-
-    The root is the recording's own, and the clip the same object, if the file has a root that does not float for longer than a jump:
-    somebody in the air who neither climbs nor is carried is there by the recording's fault. Else Root3D reconstructs it from the poses.
-
-    Args:
-        recorded: Retargeted clip at 60 fps.
-    """
-    off_feet = find_off_feet_spans(recorded)
-    if recorded.rooted and (off_feet or not is_floating(recorded)):
-        return recorded, off_feet
-    rooted = reconstruct_missing_root(recorded)
-    return rooted, find_off_feet_spans(rooted)
-
-
-def reconstruct_missing_root(clip: BodyMotion) -> BodyMotion:
-    """Return the clip with the root that Root3D reads from its poses, on the ground; itself if it is shorter than the model's window."""
-    model = load_pretrained_root(ROOT_MODEL)
-    too_short = (len(clip) - 1) / clip.fps < (model.spec.window - 1) / ROOT_RATE_HZ
-    # Not rooted: its heights drift, and whoever believed them would see stairs.
-    return clip if too_short else replace(reconstruct_root_on_ground(ROOT_MODEL, clip, level=False), rooted=False)
 
 
 def repair_kinematically(clip: BodyMotion, off_feet: list[OffFeetSpan]) -> BodyMotion:

@@ -15,15 +15,15 @@ from rich.markup import escape
 
 from agents.lobstr.model import LobstrModel
 from agents.weights.pretrained import PRETRAINED_LOBSTR
-from configs.command import run_command
 from configs.errors import InputError, require
+from configs.exit_codes import run_command
 from eval.live.messages import BodySolver
 from eval.live.page import LivePage
-from eval.live.protocol import DEFAULT_HOST, DEFAULT_PORT
 from eval.live.recorder import MAX_RECORDING_MIN, Recorder
 from eval.live.server import LiveServer
 from eval.live.solver import LiveBodySolver
 from eval.live.status_line import StatusLine, summary
+from eval.live.wire_protocol import DEFAULT_HOST, DEFAULT_PORT
 from trainers.runs.run_log import make_console
 
 DEFAULT_PAGE_PORT = 4546

@@ -8,7 +8,7 @@ from typing import Any
 
 from configs.errors import InputError
 from datasets.trackers.trackers import TRACKER_RATE_HZ, TrackerPoses
-from eval.live.protocol import MAX_LINE_BYTES, MAX_NAME_LENGTH, PROTOCOL_VERSION, Codec
+from eval.live.wire_protocol import MAX_LINE_BYTES, MAX_NAME_LENGTH, PROTOCOL_VERSION, Codec
 
 TIMEOUT_S = 5.0  # s, for which the service may be silent
 

@@ -13,7 +13,7 @@ from markupsafe import Markup
 from datasets.motion.humanoid import BODIES, BODY_NAMES
 from datasets.trackers.trackers import TRACKER_RATE_HZ
 from eval.live.messages import UserView
-from eval.live.protocol import DEFAULT_HOST
+from eval.live.wire_protocol import DEFAULT_HOST
 
 REQUEST_TIMEOUT_S = 5.0  # s, for a browser to send its request, or to read an event
 HEARTBEAT_INTERVAL_S = 1.0  # s, after which an event is sent even if nothing changed

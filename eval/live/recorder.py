@@ -15,8 +15,8 @@ from typing import BinaryIO
 
 import numpy as np
 
-from configs.command import run_command
 from configs.errors import InputError
+from configs.exit_codes import run_command
 from configs.source_code import PROJECT_ROOT
 from datasets.formats.bvh import write_bvh
 from datasets.motion.clip import BodyMotion

@@ -7,8 +7,8 @@ from typing import NamedTuple, Protocol
 
 from configs.errors import InputError
 from datasets.trackers.trackers import TRACKER_RATE_HZ, TrackerPoses
-from eval.live.protocol import MAX_LINE_BYTES, CalibrationRequest, Codec, TrackerFrame, error_line, read_hello, warning_line
 from eval.live.rate_limit import ClientLimits, RateLimit
+from eval.live.wire_protocol import MAX_LINE_BYTES, CalibrationRequest, Codec, TrackerFrame, error_line, read_hello, warning_line
 
 LEFT_REASON = "left"
 CLOSE_DELAY_S = 2.0  # s, for a client to read why it is disconnected

@@ -13,10 +13,10 @@ from datasets.motion.humanoid import rotations_from_hinges
 from datasets.motion.kinematics import resample
 from datasets.motion.rotation import normalise
 from envs.mimic.spec import MimicSpec
-from envs.physics.protocol import FRAMES_PER_STEP
+from envs.physics.engine_interface import FRAMES_PER_STEP
 from envs.vector_env import AdaptMimicVectorEnv
 from eval.metrics.artefacts import artefact_metrics
-from trainers.evaluation.protocol import PolicyFn, Rollouts
+from trainers.evaluation.evaluation_protocol import PolicyFn, Rollouts
 
 SIDES = ("before", "after", "truth")
 MIN_POSES = 4  # of a rollout; with fewer, speeds and jitter have no meaning

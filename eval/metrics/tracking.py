@@ -7,7 +7,7 @@ import numpy as np
 
 from datasets.library.motion_library import ClipInfo, MotionLibrary
 from envs.mimic.spec import MimicSpec
-from trainers.evaluation.protocol import PolicyFn, Rollouts, evaluate_rollouts, evaluation_rollouts, zero_residual
+from trainers.evaluation.evaluation_protocol import PolicyFn, Rollouts, evaluate_rollouts, evaluation_rollouts, zero_residual
 
 Summary = dict[str, dict[str, float]]  # mean and std by metric
 

@@ -9,16 +9,16 @@ from pathlib import Path
 import torch
 from rich.console import Console
 
-from configs.command import run_command
+from configs.exit_codes import run_command
 from eval.metrics.tracking import summarise
 from eval.pages.output_files import check_writable, write_whole
 from eval.pages.render import INSTALL_HINT
+from eval.report.clip_selection import EvaluationClips, choose_clips
 from eval.report.data import collect_report
 from eval.report.evaluate import evaluate_clips
 from eval.report.median_window import plot_median_window
 from eval.report.page import render_report
 from eval.report.plots import plot_by_clip, plot_survival, plot_training
-from eval.report.test_clips import EvaluationClips, choose_clips
 from eval.report.videos import Video, render_videos, save_best_strip
 from eval.runs.trained_run import TrainedRun, load_run
 from eval.runs.training_curves import read_curves

@@ -8,8 +8,8 @@ from datasets.library.motion_library import ClipInfo
 from datasets.motion.clip import FPS
 from eval.metrics.rollout_motion import mean_over_clips
 from eval.metrics.tracking import group_clips, summarise_tracking
+from eval.report.clip_selection import EvaluationClips
 from eval.report.evaluate import ClipResults
-from eval.report.test_clips import EvaluationClips
 from eval.runs.trained_run import TrainedRun
 from trainers.runs.run_log import commit_of_code
 

@@ -6,11 +6,11 @@ from rich.console import Console
 
 from datasets.library.motion_library import MotionLibrary
 from datasets.motion.clip import BodyMotion
-from envs.physics.protocol import FRAMES_PER_STEP
+from envs.physics.engine_interface import FRAMES_PER_STEP
 from eval.metrics.rollout_motion import ArtefactComparison, RolloutMotion, compare_artefacts, mean_over_windows, simulate_rollouts
 from eval.metrics.tracking import ClipTracking, evaluate_tracking
 from eval.runs.trained_run import TrainedRun
-from trainers.evaluation.protocol import MAX_PARALLEL_ROLLOUTS, NUM_OFFSETS, Rollouts, evaluation_rollouts
+from trainers.evaluation.evaluation_protocol import MAX_PARALLEL_ROLLOUTS, NUM_OFFSETS, Rollouts, evaluation_rollouts
 
 
 @dataclass(frozen=True)

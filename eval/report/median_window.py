@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from datasets.motion.clip import FPS, BodyMotion
-from envs.physics.protocol import FRAMES_PER_STEP
+from envs.physics.engine_interface import FRAMES_PER_STEP
 from eval.metrics.artefact_tracks import compute_artefact_tracks
 from eval.metrics.rollout_motion import MIN_POSES, RolloutMotion, compared_motions
 from eval.pages.artefact_plots import plot_artefacts

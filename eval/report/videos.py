@@ -7,7 +7,7 @@ import numpy as np
 from rich.console import Console
 
 from datasets.motion.clip import FPS
-from envs.physics.protocol import FRAMES_PER_STEP
+from envs.physics.engine_interface import FRAMES_PER_STEP
 from eval.metrics.rollout_motion import RolloutMotion
 from eval.pages.render import INSTALL_HINT, can_render, encode_mp4, motion_to_qpos, render_pair, save_strip
 from eval.report.evaluate import ClipResults

@@ -6,13 +6,13 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from configs.command import run_command
+from configs.exit_codes import run_command
 from configs.source_code import PROJECT_ROOT
 from eval.pages.output_files import check_writable, write_whole
 from eval.study.clean.study import clean_study
+from eval.study.framework.page import Group, Study, study_page, study_text
 from eval.study.lobstr.study import lobstr_study
 from eval.study.policy.study import configuration_study, mixture_study
-from eval.study.protocol.page import Group, Study, study_page, study_text
 from eval.study.root.study import root_study
 from eval.study.search.study import search_study
 from eval.study.suit.study import suit_study

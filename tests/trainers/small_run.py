@@ -7,7 +7,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from configs.command import run_command
+from configs.exit_codes import run_command
 from configs.load import load_config, save_config
 from datasets.library.sources import SourceMotion
 from tests.trainers.conftest import small_run, standing

@@ -9,8 +9,9 @@ import numpy as np
 from configs.errors import InputError
 from datasets.imu.suit_simulation import simulate_suit
 from datasets.library.motion_library import MotionLibrary
+from datasets.library.sampling_weights import clip_sampling_weights
 from datasets.library.sources import ROUGH_GROUND_KINDS, SYNTHETIC_SOURCE, SourceMotion, load_clips, load_source_motions
-from datasets.library.splits import clip_sampling_weights, clips_fingerprint, resolve_holdout
+from datasets.library.splits import clips_fingerprint, resolve_holdout
 from datasets.motion.clip import BodyMotion
 from datasets.motion.discontinuities import split_at_discontinuities
 from datasets.motion.mirror import mirror_motion
@@ -18,7 +19,7 @@ from datasets.retarget.joint_mapping import read_mapping
 from envs.physics.inverse_dynamics import with_feed_forward
 from trainers.data.motion_cache import PreparedClips, prepare_cached
 from trainers.data.motion_config import CLEAN, RECONSTRUCTED, DataConfig
-from trainers.data.root_reconstruction import IMU_SYSTEMS, RootSource
+from trainers.data.root_source import IMU_SYSTEMS, RootSource
 
 MIN_CLIP_S = 1.0  # s; nothing can be learnt from shorter clips
 

@@ -9,7 +9,7 @@ from agents.policy.policy import Policy
 from trainers.algorithms.policy_file import INITIAL_POLICY_FILE
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.data.training_motions import PreparedMotions
-from trainers.evaluation.protocol import PolicyFn, evaluate_rollouts, evaluation_rollouts, zero_residual
+from trainers.evaluation.evaluation_protocol import PolicyFn, evaluate_rollouts, evaluation_rollouts, zero_residual
 from trainers.runs.device import device_name, resolve_device
 from trainers.runs.progress import RunClock
 from trainers.runs.run_log import commit_of_code

@@ -13,10 +13,10 @@ from trainers.ppo.log import PpoLog
 from trainers.ppo.run import PpoRun
 from trainers.ppo.workers import build_workers, choose_backend
 from trainers.runs.checkpoint import load_newest
-from trainers.runs.command_line import run_training
 from trainers.runs.progress import StopSignal
 from trainers.runs.run_folder import make_folder, move_aside
 from trainers.runs.run_log import commit_of_code, make_console
+from trainers.runs.training_cli import run_training
 
 
 def train(config: PpoConfig, resume: bool) -> Path:

@@ -11,12 +11,12 @@ import torch
 from configs.errors import InputError
 from configs.load import former_key, save_config
 from trainers.runs.checkpoint import Checkpoints, load_newest
-from trainers.runs.command_line import run_training
 from trainers.runs.progress import RunClock, StopSignal
 from trainers.runs.run_folder import make_folder, move_aside
 from trainers.runs.run_log import RunLog, commit_of_code, make_console
+from trainers.runs.training_cli import run_training
 from trainers.supervised.jobs import JOBS, Config, Data, Learner, config_class
-from trainers.supervised.takes import clip_name
+from trainers.supervised.tempo_takes import clip_name
 
 LOG_INTERVAL_BATCHES = 100
 

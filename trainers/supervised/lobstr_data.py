@@ -21,7 +21,7 @@ from datasets.trackers.lower_body import leg_rotations, to_rotation_6d, toe_cont
 from datasets.trackers.trackers import TRACKER_RATE_HZ, tracker_poses
 from trainers.data.motion_cache import PreparedClips, prepare_cached
 from trainers.supervised.lobstr_config import LobstrDataConfig
-from trainers.supervised.takes import load_ground_truth_clips, perform_take
+from trainers.supervised.tempo_takes import load_ground_truth_clips, perform_take
 
 AS_RECORDED = "as_recorded"  # cached array: whether a clip is at its own tempo and not mirrored, shape (clips,)
 

@@ -17,10 +17,10 @@ from datasets.motion.clip import BodyMotion
 from datasets.motion.kinematics import resample
 from datasets.synthetic.clips import synthetic_clips
 from trainers.data.motion_cache import PreparedClips, prepare_cached
-from trainers.data.root_reconstruction import IMU_SYSTEMS
+from trainers.data.root_source import IMU_SYSTEMS
 from trainers.data.training_motions import MIN_CLIP_S
 from trainers.supervised.root_config import RootDataConfig
-from trainers.supervised.takes import load_ground_truth_clips, perform_take
+from trainers.supervised.tempo_takes import load_ground_truth_clips, perform_take
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,11 @@ from gymnasium.vector import AutoresetMode
 from datasets.library.motion_library import MotionLibrary
 from envs.mimic.episode_metrics import body_error
 from envs.mimic.spec import MimicSpec
+from envs.physics.engine_interface import CONTROL_STEP_S
 from envs.physics.humanoid_mjcf import FOOT_BODY_IDS
 from envs.physics.mujoco_cpu import CpuPhysics
-from envs.physics.protocol import CONTROL_STEP_S
 from envs.vector_env import AdaptMimicVectorEnv
-from trainers.evaluation.protocol import PolicyFn
+from trainers.evaluation.evaluation_protocol import PolicyFn
 
 MIN_SLIP_SPEED_M_S = 0.1  # from which on a contact counts as slipping
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION

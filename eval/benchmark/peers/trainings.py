@@ -17,7 +17,7 @@ from trainers.algorithms.ppo_learner import PpoLearner
 from trainers.collectors.cpu_collector import CpuCollector
 from trainers.collectors.local_pool import RolloutPool
 from trainers.distributed.remote_learner import Learner
-from trainers.evaluation.protocol import PolicyFn, evaluate_rollouts, evaluation_rollouts
+from trainers.evaluation.evaluation_protocol import PolicyFn, evaluate_rollouts, evaluation_rollouts
 from trainers.ppo.workers import build_workers
 from trainers.runs.device import available_cores
 

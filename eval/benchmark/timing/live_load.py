@@ -12,10 +12,10 @@ from pathlib import Path
 import torch
 
 from agents.lobstr.model import LobstrModel
-from eval.live.protocol import DEFAULT_HOST, PROTOCOL_VERSION, Codec
 from eval.live.rate_limit import ClientLimits
 from eval.live.server import LiveServer
 from eval.live.solver import LiveBodySolver
+from eval.live.wire_protocol import DEFAULT_HOST, PROTOCOL_VERSION, Codec
 
 UNLIMITED = ClientLimits(
     max_idle_s=1e9, max_waiting_lines=10**9, max_lines_per_s=1e9

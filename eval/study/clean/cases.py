@@ -21,7 +21,7 @@ from eval.clean.pipeline import CleaningPipeline
 from eval.metrics.artefact_tracks import sole_speeds
 from eval.metrics.artefacts import artefact_metrics, support_slide
 from eval.recordings import IMU_SUIT_CLIPS, TEST_FOLDERS
-from trainers.data.root_reconstruction import RootSource
+from trainers.data.root_source import RootSource
 
 SUITS, REAL, CLEAN = "simulated suits", "real suits", "already clean clips"
 BEFORE, AS_READ, AFTER, TRUTH = "before", "as read", "after", "clean truth"

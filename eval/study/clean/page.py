@@ -8,7 +8,7 @@ from eval.pages.figures import GREY, RECORDED, SUITED, figure
 from eval.study.clean.cases import BEFORE, CLEAN, REAL, SOURCES, SUITS, TRUTH, Case, CaseResult
 from eval.study.clean.findings import COMPARED_MEASURES
 from eval.study.clean.rows import ALL, NO_PHYSICS, PRETRAINED, kind_part, row_name
-from eval.study.protocol.page import Group, Measure, Plot
+from eval.study.framework.page import Group, Measure, Plot
 
 COLOURS = {BEFORE: SUITED, NO_PHYSICS: GREY, PRETRAINED: RECORDED, TRUTH: "#6b9e5b"}
 OTHERS = ("#9a7fb8", "#d9541f", "#d9a51f")  # of further policies

@@ -19,7 +19,7 @@ from eval.study.clean.cases import Case, CaseResult, all_cases, clean_case, resu
 from eval.study.clean.findings import clean_findings
 from eval.study.clean.page import GROUPS, clean_notes, clean_plots
 from eval.study.clean.rows import NO_PHYSICS, PRETRAINED, clean_rows
-from eval.study.protocol.page import Study
+from eval.study.framework.page import Study
 from trainers.algorithms.policy_file import load_policy
 from trainers.runs.device import available_cores
 from trainers.runs.run_log import make_console

@@ -12,9 +12,9 @@ from datasets.motion.rotation_matrices import matrices_to_quaternions
 from datasets.trackers.features import tracker_features
 from datasets.trackers.lower_body import to_rotation_6d
 from datasets.trackers.trackers import PELVIS_TRACKER, TRACKER_RATE_HZ, TrackerPoses
+from eval.study.lobstr.evaluation_sessions import EvaluationClip, Session
 from eval.study.lobstr.scores import PredictedLegs, Scores, score_clips
 from eval.study.lobstr.six_point_baseline import find_foot_strikes, foot_poses, occlude_feet, solve_legs_ik
-from eval.study.lobstr.test_sessions import EvaluationClip, Session
 from trainers.supervised.lobstr_data import LobstrData
 
 BATCH_SIZES = 512, 64  # windows of a batch; clips of a batch where the state is carried

@@ -1,11 +1,12 @@
 """Findings of the LoBSTr paper (section 4) that the rows of its study repeat.
 
-``eval.study.protocol.seed_comparison`` has the rule. A finding that two rows do not differ is reproduced where they are undecided.
+``eval.study.framework.seed_comparison`` has the rule. A finding that two rows do not differ is reproduced where they are undecided.
 """
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from eval.study.framework.seed_comparison import Claims, ComparedRows, Finding, as_findings
 from eval.study.lobstr.variants import (
     AUTOREGRESSIVE,
     CNN,
@@ -26,7 +27,6 @@ from eval.study.lobstr.variants import (
     P,
     user_row,
 )
-from eval.study.protocol.seed_comparison import Claims, ComparedRows, Finding, as_findings
 
 MORE_IS_BETTER = ("contact_accuracy", "body_movement")
 UNITS = {"contact_accuracy": "%", "rotational_error": "deg", "body_movement": "deg", "toe_velocity_error": "cm/s"}  # others: cm

@@ -4,10 +4,10 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 
 from datasets.trackers.trackers import TRACKER_RATE_HZ
+from eval.study.framework.page import Group, Measure
+from eval.study.lobstr.evaluation_sessions import WEARINGS_PER_USER, EvaluationClip
 from eval.study.lobstr.six_point_baseline import FROZEN_SHARE, HIDDEN_DURATION_S, HIDDEN_PER_MINUTE, IMPACT_STD_M, JUMP_DISTANCE_M
-from eval.study.lobstr.test_sessions import WEARINGS_PER_USER, EvaluationClip
 from eval.study.lobstr.variants import CATEGORIES, MAJORITY_CLASS, MEAN_POSE, PRETRAINED, TRUTH, USER_HEIGHTS_CM, VARIANTS
-from eval.study.protocol.page import Group, Measure
 from trainers.supervised.lobstr_data import LobstrData
 
 PERFECT_ROWS = (*(variant.name for variant in VARIANTS), MAJORITY_CLASS, MEAN_POSE, TRUTH, PRETRAINED)

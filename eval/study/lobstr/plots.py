@@ -5,6 +5,7 @@ from typing import Any
 
 from eval.pages.figures import GREY, Figure, figure, line
 from eval.runs.training_curves import Curve
+from eval.study.framework.page import Plot
 from eval.study.lobstr.variants import (
     AUTOREGRESSIVE,
     ENCODERS,
@@ -22,7 +23,6 @@ from eval.study.lobstr.variants import (
     P,
     user_row,
 )
-from eval.study.protocol.page import Plot
 
 OURS, PAPER = "#2f7dc8", "#d98a1f"  # legible on white and on black
 COLOURS = {

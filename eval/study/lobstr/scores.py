@@ -17,7 +17,7 @@ from eval.metrics.lower_body import (
     toe_position_error,
     toe_velocity_error,
 )
-from eval.study.lobstr.test_sessions import EvaluationClip, Session
+from eval.study.lobstr.evaluation_sessions import EvaluationClip, Session
 
 SOURCE_PREFIXES = {"cmu": "cmu", "bandai": "bnr"}  # prefixes of the names of their clips
 Scores = dict[str, float]

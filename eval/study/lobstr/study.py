@@ -14,16 +14,16 @@ from eval.recordings import TEST_FOLDERS, TRAIN_FOLDER, check_recordings
 from eval.runs.training_curves import read_curves
 from eval.runs.training_pool import train_all
 from eval.runs.training_spec import LOBSTR_PROGRAM, Training, run_name, training_cost
+from eval.study.framework.page import Row, Study, study_row
+from eval.study.framework.trainings import schedule_training
 from eval.study.lobstr.evaluate import evaluate_model, predict_mean_pose, score_majority_class
+from eval.study.lobstr.evaluation_sessions import EvaluationClip, load_unseen_clips, simulate_sessions
 from eval.study.lobstr.findings import lobstr_findings
 from eval.study.lobstr.page import GROUPS, lobstr_notes
 from eval.study.lobstr.plots import plot_all
 from eval.study.lobstr.scores import PredictedLegs, score_clips
-from eval.study.lobstr.test_sessions import EvaluationClip, load_unseen_clips, simulate_sessions
 from eval.study.lobstr.user_rows import UserRows
 from eval.study.lobstr.variants import MAJORITY_CLASS, MEAN_POSE, PRETRAINED, REPRESENTATIONS, TRUTH, VARIANTS, Variant
-from eval.study.protocol.page import Row, Study, study_row
-from eval.study.protocol.trainings import schedule_training
 from trainers.runs.run_log import make_console
 from trainers.supervised.lobstr_config import LobstrConfig
 from trainers.supervised.lobstr_data import LobstrData, prepare_lobstr_data

@@ -4,8 +4,8 @@ from collections.abc import Iterator, Sequence
 
 from agents.lobstr.model import LobstrModel
 from eval.study.lobstr.evaluate import predict, simulate_six_point
+from eval.study.lobstr.evaluation_sessions import Session
 from eval.study.lobstr.scores import PredictedLegs, Scores, score_sessions
-from eval.study.lobstr.test_sessions import Session
 from eval.study.lobstr.variants import LOST_FEET, PERFECT_FEET, POSITIONS_SUFFIX, TABLE_3, TRUTH, USER_HEIGHTS_CM, user_row
 
 

@@ -1,14 +1,14 @@
 """Findings of the thesis's section 4.5 that the rows of the policy studies repeat.
 
-``eval.study.protocol.seed_comparison`` has the rule.
+``eval.study.framework.seed_comparison`` has the rule.
 """
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from eval.study.framework.seed_comparison import Claims, ComparedRows, Finding, as_findings
 from eval.study.policy.scores import MEASURES, RECORDED_PREFIX
 from eval.study.policy.variants import DRECON, FULL, IMU, IMU_LARGE, MIXED, OPTICAL, OPTICAL_LARGE, OURS
-from eval.study.protocol.seed_comparison import Claims, ComparedRows, Finding, as_findings
 
 DECIMALS = {"episode_length_ratio": 3, "sr90": 3, "root_mse": 4, "max_reward_ratio": 3}
 LENGTH_RATIO, SR90, ROOT_MSE, REWARD_RATIO = MEASURES

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from envs.mimic.spec import MimicSpec
-from eval.study.policy.test_clips import UnseenClips
+from eval.study.policy.unseen_clips import UnseenClips
 from trainers.data.training_motions import PreparedMotions
-from trainers.evaluation.protocol import PolicyFn, evaluate_rollouts
+from trainers.evaluation.evaluation_protocol import PolicyFn, evaluate_rollouts
 
 MEASURES = ("episode_length_ratio", "sr90", "root_mse", "max_reward_ratio")  # of Table 4.4
 FOLDER_MEASURES = ("episode_length_ratio", "sr90")

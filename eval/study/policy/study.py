@@ -13,16 +13,16 @@ from eval.runs.trained_run import load_run
 from eval.runs.training_curves import read_curves
 from eval.runs.training_pool import train_all
 from eval.runs.training_spec import PPO_PROGRAM, Training, run_name, training_cost
+from eval.study.framework.page import Row, Study, study_row
+from eval.study.framework.trainings import schedule_training
 from eval.study.policy.findings import Finding, configuration_findings, mixture_findings
 from eval.study.policy.page import GROUPS, plot_training_curves, policy_notes
 from eval.study.policy.scores import Scores, data_size, score_policy
-from eval.study.policy.test_clips import TRAIN_FOLDER, UnseenClips, load_unseen_clips, split_half
+from eval.study.policy.unseen_clips import TRAIN_FOLDER, UnseenClips, load_unseen_clips, split_half
 from eval.study.policy.variants import CONFIGURATION, MIXTURE, UNTRAINED, Variant
-from eval.study.protocol.page import Row, Study, study_row
-from eval.study.protocol.trainings import schedule_training
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.data.training_motions import prepare_motions
-from trainers.evaluation.protocol import zero_residual
+from trainers.evaluation.evaluation_protocol import zero_residual
 from trainers.runs.run_log import make_console
 
 CONFIG = "mixed"

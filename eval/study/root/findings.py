@@ -1,6 +1,6 @@
 """Findings of the thesis (2.5, 3.5) that the rows of the root study repeat.
 
-``eval.study.protocol.seed_comparison`` has the rule for all comparisons between rows. Comparisons within a row (orders, halves of clips,
+``eval.study.framework.seed_comparison`` has the rule for all comparisons between rows. Comparisons within a row (orders, halves of clips,
 air and ground, two kinds of poses: the same networks on the same seeds) and with fixed marks go by the mean.
 """
 
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from agents.root.path import FULL_ORDER
-from eval.study.protocol.seed_comparison import Claims, ComparedRows, Finding, as_findings
+from eval.study.framework.seed_comparison import Claims, ComparedRows, Finding, as_findings
 from eval.study.root.scores import AXES
 from eval.study.root.variants import (
     CNN,

@@ -1,6 +1,6 @@
 """Page of the root study: groups of measures, and notes for the reader."""
 
-from eval.study.protocol.page import Group, Measure
+from eval.study.framework.page import Group, Measure
 from eval.study.root.scores import TRAVEL_DISTANCES_M
 
 _TRAJECTORIES = {

@@ -8,10 +8,10 @@ import numpy as np
 from agents.root.path import FULL_ORDER
 from datasets.imu.root_features import ROOT_RATE_HZ
 from eval.recordings import IMU_POSES
-from eval.study.protocol.page import Plot
+from eval.study.framework.page import Plot
 from eval.study.root.evaluate import ModelEvaluation
+from eval.study.root.evaluation_takes import SUITS_PER_CLIP, EvaluationTake, TakesByPose
 from eval.study.root.scores import TRAVEL_DISTANCES_M, error_table
-from eval.study.root.test_takes import SUITS_PER_CLIP, EvaluationTake, TakesByPose
 from eval.study.root.variants import CNN, OWN_ROOT, PRETRAINED_IMU, ROOT3D_ALONE, ROOT3D_IMU, ROOT3D_OPTICAL, UNET
 
 COLOURS = {  # legible on white and on black

@@ -6,7 +6,7 @@ import numpy as np
 
 from datasets.imu.root_features import ROOT_RATE_HZ
 from eval.metrics.root_path import displacement_errors, distance_ratio, drift, e_mse, end_error, error_after_travel, travelling_windows
-from eval.study.root.test_takes import EvaluationTake
+from eval.study.root.evaluation_takes import EvaluationTake
 
 TRAVEL_DISTANCES_M = range(1, 8)  # distances that the true root travels
 GAITS = ("walk", "run", "jog", "dash")  # kinds of clips

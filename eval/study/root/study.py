@@ -10,13 +10,13 @@ from agents.root.model import RootModel
 from eval.recordings import IMU_SUIT_CLIPS, SENSOR_WALK_FOLDER, TEST_FOLDERS, TRAIN_FOLDER, check_recordings
 from eval.runs.training_pool import train_all
 from eval.runs.training_spec import ROOT_PROGRAM, Training, run_name, training_cost
-from eval.study.protocol.page import Row, Study, study_row
-from eval.study.protocol.trainings import schedule_training
+from eval.study.framework.page import Row, Study, study_row
+from eval.study.framework.trainings import schedule_training
 from eval.study.root.evaluate import ModelEvaluation, evaluate_baselines, evaluate_model, evaluate_walk_baselines
+from eval.study.root.evaluation_takes import TakesByPose, load_unseen_clips, simulate_takes
 from eval.study.root.findings import root_findings
 from eval.study.root.page import GROUPS, NOTES
 from eval.study.root.plots import plot_all
-from eval.study.root.test_takes import TakesByPose, load_unseen_clips, simulate_takes
 from eval.study.root.variants import VARIANTS, Variant
 from eval.study.suit.acceleration_check import MVNX, AccelerationRow, compare_accelerations
 from eval.study.suit.vicon_walk import RealWalk, load_real_walk

@@ -24,7 +24,7 @@ from eval.metrics.artefact_tracks import distances_local
 from eval.metrics.artefacts import artefact_metrics
 from eval.recordings import TEST_CLIPS
 from eval.study.clean.cases import stance_skate
-from eval.study.protocol.page import Group, Measure, Study, study_row
+from eval.study.framework.page import Group, Measure, Study, study_row
 from trainers.algorithms.policy_file import load_policy
 from trainers.runs.run_log import make_console
 

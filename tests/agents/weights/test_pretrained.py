@@ -13,7 +13,7 @@ from safetensors import safe_open
 
 from agents.root.reconstruct import reconstruct_root
 from agents.weights.pretrained import WEIGHTS_FOLDER, load_pretrained_root
-from datasets.cleanup.anti_skate import relative_soles
+from datasets.cleanup.stance_root_filter import relative_soles
 from datasets.imu.suit_simulation import SuitClip, simulate_suit
 from datasets.motion.clip import BodyMotion
 from datasets.motion.kinematics import resample

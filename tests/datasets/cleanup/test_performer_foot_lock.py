@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from datasets.cleanup.foot_lock import BLEND_S
+from datasets.cleanup.foot_lock_offsets import BLEND_S
 from datasets.cleanup.performer_foot_lock import lock_performer_feet
 from datasets.ik.leg_ik import SHIN_LENGTH_M, THIGH_LENGTH_M
 from datasets.motion.clip import BodyMotion, Motion

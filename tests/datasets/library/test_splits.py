@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from datasets.library.motion_library import ClipInfo
-from datasets.library.splits import auto_holdout, clip_sampling_weights
+from datasets.library.sampling_weights import clip_sampling_weights
+from datasets.library.splits import auto_holdout
 
 
 def clip(frames: int, system: str = "optical", performer: str = "ann") -> ClipInfo:

@@ -20,7 +20,7 @@ from envs.mimic.spec import MimicSpec
 from eval.backends.episodes import COMPARED_METRICS, episode_pairs
 from eval.backends.steps import ALIKE, CAUSES, TOUCHING, StepDifferences, step_differences
 from tests.envs.devices import DEVICES
-from trainers.evaluation.protocol import zero_residual
+from trainers.evaluation.evaluation_protocol import zero_residual
 
 EVERYTHING = MimicSpec(
     frame="heading",

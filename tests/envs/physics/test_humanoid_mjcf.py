@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from datasets.motion.humanoid import BODY_COM_OFFSETS, BODY_MASSES_KG, BODY_NAMES, HINGE_NAMES
+from envs.physics.engine_interface import CONTROL_STEP_S, engine_steps
 from envs.physics.humanoid_mjcf import HINGE_KP, HINGE_KV, build_model, motor_parameters
-from envs.physics.protocol import CONTROL_STEP_S, engine_steps
 from tests.builders import STANDING, hinge
 
 HIGH = 5.0  # m, where nothing is touched

@@ -15,7 +15,7 @@ from eval.benchmark.contacts.measurement import GroundContact
 from eval.benchmark.contacts.model_variants import IN_USE, PREVIOUS, VARIANT_BY_TIME_STEP_S, VARIANTS
 from eval.recordings import TEST_CLIPS
 from tests.builders import posed
-from trainers.evaluation.protocol import zero_residual
+from trainers.evaluation.evaluation_protocol import zero_residual
 
 
 @pytest.fixture

@@ -28,7 +28,7 @@ from eval.benchmark.train import LIMIT, OURS, PEER, choose_two_clips, measure_tr
 from tests.envs.states import swaying
 from tests.eval.benchmark.timing.words_held import add, die, fill, words_of
 from trainers.algorithms.ppo_config import CollectConfig, LearnerConfig, NetworkConfig, PpoConfig
-from trainers.evaluation.protocol import zero_residual
+from trainers.evaluation.evaluation_protocol import zero_residual
 
 MIB = 2**20
 

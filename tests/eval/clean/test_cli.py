@@ -13,7 +13,7 @@ from configs.source_code import PROJECT_ROOT
 from datasets.formats.bvh import Bvh, read_bvh, write_bvh
 from datasets.motion.clip import BodyMotion
 from eval.clean import cli as clean
-from eval.clean import stages
+from eval.clean import root_source
 from eval.clean.pipeline import CleaningPipeline
 from eval.clean.result import CleaningResult
 from tests.builders import as_bvh, posed
@@ -202,7 +202,7 @@ def test_clips_of_a_few_frames_come_back(frames: int, fps: float) -> None:
 
 def test_a_pose_is_no_clip_without_a_root(monkeypatch: pytest.MonkeyPatch) -> None:
     # Who keeps still within a centimetre cannot be told from a recording that holds no root: the path is worked out, and said to be.
-    monkeypatch.setattr(stages, "reconstruct_missing_root", lambda clip: replace(clip, rooted=False))
+    monkeypatch.setattr(root_source, "reconstruct_missing_root", lambda clip: replace(clip, rooted=False))
     shrink_crowd(monkeypatch)
     *_, told = cleaned(still(90))
     assert told.notices == ("The recording does not say where the pelvis went, or lets the figure hover; its path was reconstructed.",)
@@ -211,7 +211,7 @@ def test_a_pose_is_no_clip_without_a_root(monkeypatch: pytest.MonkeyPatch) -> No
 def test_who_sits_is_left_alone_and_told(monkeypatch: pytest.MonkeyPatch) -> None:
     # Found by datasets.cleanup.off_feet_segments: here it is said to have found the second second.
     shrink_crowd(monkeypatch)
-    monkeypatch.setattr(stages, "find_off_feet_spans", lambda _: [stages.OffFeetSpan(60, 120, "sits")])
+    monkeypatch.setattr(root_source, "find_off_feet_spans", lambda _: [root_source.OffFeetSpan(60, 120, "sits")])
     bvh, out, told = cleaned(standing(180))
     assert told.notices == ("Somebody sits from 1.0 s to 2.0 s: not for feet on level ground, left to itself.",)
     assert told.kept[60:120].all()

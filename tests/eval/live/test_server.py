@@ -7,9 +7,9 @@ import time
 from contextlib import suppress
 from dataclasses import replace
 
-from eval.live.protocol import MAX_LINE_BYTES
 from eval.live.rate_limit import ClientLimits
 from eval.live.server import MAX_UNIDENTIFIED_CONNECTIONS
+from eval.live.wire_protocol import MAX_LINE_BYTES
 from tests.eval.live.live_parts import CALIBRATION, CALM, HELLO, HOST, SCALE, STANDING, WARM, CheapBodies, Client, Service, run, serving
 
 

@@ -32,17 +32,17 @@ from eval.metrics.tracking import ClipTracking, group_clips, summarise, survival
 from eval.pages.artefact_plots import PANELS
 from eval.pages.render import can_render, motion_to_qpos, render_pair
 from eval.report import cli as report
-from eval.report import test_clips as tested_clips
+from eval.report import clip_selection as tested_clips
 from eval.report import videos as films
+from eval.report.clip_selection import choose_clips
 from eval.report.data import collect_report
 from eval.report.evaluate import ClipResults
-from eval.report.test_clips import choose_clips
 from eval.runs.trained_run import load_run
 from eval.runs.training_curves import read_curves
 from tests.builders import as_bvh, posed
 from trainers.algorithms.ppo_config import NetworkConfig, PpoConfig
 from trainers.data.motion_config import DataConfig
-from trainers.evaluation.protocol import evaluate_rollouts, evaluation_rollouts, zero_residual
+from trainers.evaluation.evaluation_protocol import evaluate_rollouts, evaluation_rollouts, zero_residual
 
 SPEC = MimicSpec()
 CARD = {"clips": ["stand_1", "stand_2#1"], "performers": ["ann"], "held_out": "bob"}

@@ -18,7 +18,7 @@ from trainers.algorithms import ppo_learner
 from trainers.algorithms.ppo_config import CollectConfig, LearnerConfig, NetworkConfig, PpoConfig
 from trainers.algorithms.ppo_learner import PpoLearner
 from trainers.collectors.gpu_collector import GpuCollector
-from trainers.evaluation.protocol import evaluate_rollouts, evaluation_rollouts, zero_residual
+from trainers.evaluation.evaluation_protocol import evaluate_rollouts, evaluation_rollouts, zero_residual
 from trainers.ppo import cli as ppo
 from trainers.ppo.workers import build_workers
 

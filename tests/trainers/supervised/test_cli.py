@@ -32,7 +32,7 @@ def gliding(name: str, performer: str, speed: float, frames: int = 300) -> BodyM
 def tiny(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> RootConfig:
     """Return the config of a run of 60 batches on two gliding performers."""
     clips = [gliding("one", "ann", 1.0), gliding("two", "bob", 0.8, 150)]
-    monkeypatch.setattr("trainers.supervised.takes.load_clips", lambda *_, **__: clips)
+    monkeypatch.setattr("trainers.supervised.tempo_takes.load_clips", lambda *_, **__: clips)
     source = tmp_path / "clips"
     source.mkdir()
     (source / "one.bvh").write_text("in its place come the clips above")

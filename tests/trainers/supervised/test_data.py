@@ -21,7 +21,7 @@ def people(*names: str, system: str = "optical") -> list[BodyMotion]:
 @pytest.fixture
 def source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     """Return a motion source of two performers, beside whom one is synthetic."""
-    monkeypatch.setattr("trainers.supervised.takes.load_clips", lambda *_, **__: people("ann", "bob"))
+    monkeypatch.setattr("trainers.supervised.tempo_takes.load_clips", lambda *_, **__: people("ann", "bob"))
     monkeypatch.setattr("trainers.supervised.root_data.synthetic_clips", lambda _: people("doll", system="synthetic"))
     (tmp_path / "clips").mkdir()
     (tmp_path / "clips" / "one.bvh").touch()

@@ -37,7 +37,7 @@ def bobbing(name: str, performer: str, frames: int = 400) -> BodyMotion:
 def tiny(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> LobstrConfig:
     """Return the config of a run of 20 batches on two people who bob."""
     clips = [bobbing("one", "ann"), bobbing("two", "bob", 120)]
-    monkeypatch.setattr("trainers.supervised.takes.load_clips", lambda *_, **__: clips)
+    monkeypatch.setattr("trainers.supervised.tempo_takes.load_clips", lambda *_, **__: clips)
     source = tmp_path / "clips"
     source.mkdir()
     (source / "one.bvh").write_text("in its place come the clips above")

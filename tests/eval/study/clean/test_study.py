@@ -25,7 +25,7 @@ from eval.study.clean.cases import CLEAN, REAL, SUITS, Case, CaseResult, clean_c
 from eval.study.clean.findings import clean_findings
 from eval.study.clean.rows import NO_PHYSICS, PRETRAINED, clean_rows
 from eval.study.cli import main
-from eval.study.protocol.page import study_text
+from eval.study.framework.page import study_text
 from tests.builders import as_bvh, posed
 from trainers.algorithms.policy_file import REQUIRED_CARD_KEYS
 

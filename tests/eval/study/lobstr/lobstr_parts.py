@@ -10,7 +10,7 @@ from agents.lobstr.model import LobstrModel
 from agents.lobstr.spec import LobstrSpec
 from datasets.motion.kinematics import resample
 from datasets.trackers.calibration import identity_calibration
-from eval.study.lobstr.test_sessions import EvaluationClip, Session
+from eval.study.lobstr.evaluation_sessions import EvaluationClip, Session
 from tests.builders import lively
 
 

@@ -7,7 +7,7 @@ import torch
 from agents.lobstr.spec import WINDOW_FRAMES
 from eval.study.lobstr import evaluate as lobstr_examine
 from eval.study.lobstr.evaluate import evaluate_model, predict, simulate_six_point
-from eval.study.lobstr.test_sessions import EvaluationClip
+from eval.study.lobstr.evaluation_sessions import EvaluationClip
 from tests.eval.study.lobstr.lobstr_parts import clip, network, session
 
 

@@ -12,9 +12,9 @@ from agents.lobstr.model import LobstrModel
 from datasets.formats.bvh import write_bvh
 from eval.study.cli import main
 from eval.study.lobstr import evaluate as lobstr_examine
+from eval.study.lobstr import evaluation_sessions as lobstr_tests
 from eval.study.lobstr import six_point_baseline as lobstr_six_point
 from eval.study.lobstr import study as lobstr_study
-from eval.study.lobstr import test_sessions as lobstr_tests
 from eval.study.lobstr.study import LobstrRun
 from eval.study.lobstr.variants import GRU, MAJORITY_CLASS, MEAN_POSE, PK, PRETRAINED, TRUTH, USER_HEIGHTS_CM, VARIANTS, P
 from tests.builders import as_bvh, lively

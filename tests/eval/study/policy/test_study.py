@@ -17,12 +17,12 @@ from eval.study.policy import scores as policy_scores
 from eval.study.policy import study as policy_study
 from eval.study.policy.scores import data_size, score_policy
 from eval.study.policy.study import PolicyRun
-from eval.study.policy.test_clips import UnseenClips, choose_half, link_half
+from eval.study.policy.unseen_clips import UnseenClips, choose_half, link_half
 from eval.study.policy.variants import CONFIGURATION, IMU, IMU_LARGE, MIXED, MIXTURE, OPTICAL, OURS, UNTRAINED
 from tests.builders import as_bvh, posed
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.data.training_motions import PreparedMotions
-from trainers.evaluation.protocol import Rollouts
+from trainers.evaluation.evaluation_protocol import Rollouts
 from trainers.ppo import cli as ppo
 
 TINY = ("collect.envs=4", "collect.horizon=4", "network.hidden=[8]", "learner.minibatch=16", "learner.epochs=1")

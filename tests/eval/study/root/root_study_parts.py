@@ -9,7 +9,7 @@ from configs.load import save_config
 from datasets.imu.sensor_model import SENSOR_BODIES
 from datasets.motion.clip import BodyMotion
 from eval.runs.training_spec import Training
-from eval.study.root.test_takes import EvaluationTake
+from eval.study.root.evaluation_takes import EvaluationTake
 from tests.builders import STANDING, posed
 from trainers.runs.checkpoint import save_checkpoint
 from trainers.runs.progress import RunClock

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from eval.study.protocol.page import summarise_seeds
+from eval.study.framework.page import summarise_seeds
 from eval.study.root.findings import root_findings
 from eval.study.root.variants import (
     PRETRAINED_IMU,

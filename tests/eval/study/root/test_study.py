@@ -11,10 +11,10 @@ import pytest
 from datasets.imu.sensor_model import SENSOR_BODIES
 from eval.runs.training_spec import Training
 from eval.study.cli import main
-from eval.study.protocol.page import format_three_digits, summarise_seeds
+from eval.study.framework.page import format_three_digits, summarise_seeds
+from eval.study.root import evaluation_takes as root_tests
 from eval.study.root import scores as root_scores
 from eval.study.root import study as root_study
-from eval.study.root import test_takes as root_tests
 from eval.study.root.variants import ROOT3D_IMU, UNET, VARIANTS
 from eval.study.suit.vicon_walk import RealWalk
 from tests.eval.study.root.root_study_parts import gliding, leave

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
-from configs.command import run_command
+from configs.exit_codes import run_command
 from configs.load import load_config
 from trainers.runs.run_config import RunConfig
 

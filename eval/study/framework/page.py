@@ -87,7 +87,7 @@ def study_page(study: Study) -> str:
     for plot in study.plots:
         sections.setdefault(plot.section, []).append(plot)
     return render_page(
-        "study/protocol/study.html.j2",
+        "study/framework/study.html.j2",
         {"brief": format_three_digits},
         study=study.table,
         groups=[(group, _rows_of(group, study)) for group in _groups(study)],

@@ -10,7 +10,7 @@ from datasets.motion.discontinuities import split_at_discontinuities
 from datasets.motion.kinematics import resample
 from datasets.retarget.joint_mapping import read_mapping
 from trainers.data.motion_config import SourceConfig
-from trainers.data.root_reconstruction import IMU_SYSTEMS
+from trainers.data.root_source import IMU_SYSTEMS
 
 
 def load_ground_truth_clips(config: SourceConfig, fps: float) -> list[BodyMotion]:

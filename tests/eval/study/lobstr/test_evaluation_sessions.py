@@ -8,8 +8,8 @@ import pytest
 from datasets.formats.bvh import write_bvh
 from datasets.motion.rotation import conjugate, multiply, rotation_angle
 from datasets.trackers.trackers import PELVIS_TRACKER
-from eval.study.lobstr import test_sessions as lobstr_tests
-from eval.study.lobstr.test_sessions import TEST_FOLDERS, load_unseen_clips, simulate_sessions
+from eval.study.lobstr import evaluation_sessions as lobstr_tests
+from eval.study.lobstr.evaluation_sessions import TEST_FOLDERS, load_unseen_clips, simulate_sessions
 from tests.builders import as_bvh, posed
 from tests.eval.study.lobstr.lobstr_parts import clip
 

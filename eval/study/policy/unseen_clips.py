@@ -10,7 +10,7 @@ from datasets.library.sources import find_motion_files, unique_names
 from eval.recordings import TEST_FOLDERS, TRAIN_FOLDER
 from trainers.data.motion_config import DataConfig
 from trainers.data.training_motions import PreparedMotions, prepare_motions
-from trainers.evaluation.protocol import Rollouts, evaluation_rollouts
+from trainers.evaluation.evaluation_protocol import Rollouts, evaluation_rollouts
 
 SUIT = "imu_suit"
 Log = Callable[[str], None]

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from configs.errors import InputError
 from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES
 from datasets.trackers.trackers import HEAD_TRACKER, TRACKER_NAMES
-from eval.live.protocol import AXIS_SYSTEMS, MAX_FRAME_NUMBER, CalibrationRequest, Codec, TrackerFrame, read_hello
+from eval.live.wire_protocol import AXIS_SYSTEMS, MAX_FRAME_NUMBER, CalibrationRequest, Codec, TrackerFrame, read_hello
 from tests.eval.live.live_parts import STANDING
 
 HALF = float(np.sqrt(0.5))  # sine and cosine of 45 degrees

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from datasets.cleanup.foot_contacts import detect_foot_contacts
-from datasets.cleanup.foot_lock import BLEND_S, foot_lock_offsets
+from datasets.cleanup.foot_lock_offsets import BLEND_S, foot_lock_offsets
 from datasets.ik.leg_ik import SHIN_LENGTH_M, THIGH_LENGTH_M
 from datasets.motion.clip import BodyMotion
 from datasets.motion.kinematics import body_poses, sole_points, support_steps

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from datasets.cleanup.anti_skate import LEVEL_CORRECTION_S, StanceRootFilter, apply_stance_root_filter, relative_soles
+from datasets.cleanup.stance_root_filter import LEVEL_CORRECTION_S, StanceRootFilter, apply_stance_root_filter, relative_soles
 from datasets.ik.leg_ik import SHIN_LENGTH_M, THIGH_LENGTH_M
 from datasets.imu.suit_simulation import simulate_suit
 from datasets.motion.clip import BodyMotion

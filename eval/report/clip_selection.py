@@ -19,9 +19,9 @@ from datasets.library.sources import (
 from datasets.motion.clip import FPS, BodyMotion
 from datasets.retarget.joint_mapping import read_mapping
 from trainers.data.motion_config import RECONSTRUCTED, DataConfig
-from trainers.data.root_reconstruction import IMU_SYSTEMS, RootSource
+from trainers.data.root_source import IMU_SYSTEMS, RootSource
 from trainers.data.training_motions import simulate_suits
-from trainers.evaluation.protocol import MIN_CLIP_FRAMES
+from trainers.evaluation.evaluation_protocol import MIN_CLIP_FRAMES
 
 SYNTHETIC_SEED_OFFSET = 1000  # added to a run's seed, so that synthetic performers are others than those it trained on
 

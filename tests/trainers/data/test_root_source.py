@@ -12,7 +12,7 @@ from datasets.imu.suit_simulation import simulate_suit
 from datasets.library.sources import SourceMotion
 from datasets.motion.kinematics import body_poses, lowest_point_heights
 from tests.builders import lively, posed
-from trainers.data.root_reconstruction import RootSource
+from trainers.data.root_source import RootSource
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ from importlib import import_module
 
 import pytest
 
-from eval.command_line import COMMANDS, main
+from eval.adapt_mimic import COMMANDS, main
 
 
 @pytest.mark.parametrize("name", COMMANDS)

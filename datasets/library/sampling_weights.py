@@ -1,0 +1,25 @@
+"""How often each clip of a library is drawn."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from datasets.library.motion_library import ClipInfo
+
+
+def clip_sampling_weights(clips: Sequence[ClipInfo], suit_share: float) -> np.ndarray:
+    """Return the sampling weights of clips: by length, with a fixed share for the clips of simulated suits.
+
+    Args:
+        clips: Clips of a library.
+        suit_share: Share of the draws for clips of system "imu_suit", if there are both kinds.
+
+    Returns:
+        Weights that sum to one, shape (clips,).
+    """
+    frames = np.array([clip.frames for clip in clips], dtype=float)
+    suited = np.array([clip.system == "imu_suit" for clip in clips])
+    if not suited.any() or suited.all():
+        return frames / frames.sum()
+    shares = np.where(suited, suit_share / frames[suited].sum(), (1.0 - suit_share) / frames[~suited].sum())
+    return shares * frames

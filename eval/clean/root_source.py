@@ -1,0 +1,35 @@
+"""The choice of a clip's root in cleaning: the recording's own where it can be believed, else Root3D's."""
+
+from dataclasses import replace
+
+from agents.weights.pretrained import load_pretrained_root, reconstruct_root_on_ground
+from datasets.cleanup.ground_levelling import is_floating
+from datasets.cleanup.off_feet_segments import OffFeetSpan, find_off_feet_spans
+from datasets.imu.root_features import ROOT_RATE_HZ
+from datasets.motion.clip import BodyMotion
+
+ROOT_MODEL = "root3d_pose"  # a BVH holds no accelerations
+
+
+def locate_root(recorded: BodyMotion) -> tuple[BodyMotion, list[OffFeetSpan]]:
+    """Return the clip with a root, and the spans in which somebody sits, lies, climbs or is carried.
+
+    The root is the recording's own, and the clip the same object, if the file has a root that does not float for longer than a jump:
+    somebody in the air who neither climbs nor is carried is there by the recording's fault. Else Root3D reconstructs it from the poses.
+
+    Args:
+        recorded: Retargeted clip at 60 fps.
+    """
+    off_feet = find_off_feet_spans(recorded)
+    if recorded.rooted and (off_feet or not is_floating(recorded)):
+        return recorded, off_feet
+    rooted = reconstruct_missing_root(recorded)
+    return rooted, find_off_feet_spans(rooted)
+
+
+def reconstruct_missing_root(clip: BodyMotion) -> BodyMotion:
+    """Return the clip with the root that Root3D reads from its poses, on the ground; itself if it is shorter than the model's window."""
+    model = load_pretrained_root(ROOT_MODEL)
+    too_short = (len(clip) - 1) / clip.fps < (model.spec.window - 1) / ROOT_RATE_HZ
+    # Not rooted: its heights drift, and whoever believed them would see stairs.
+    return clip if too_short else replace(reconstruct_root_on_ground(ROOT_MODEL, clip, level=False), rooted=False)
