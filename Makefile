@@ -3,7 +3,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 INSTALLED := .venv/installed
 
-# Of make gpu: what is trained on, for how long, and on what the policy is held against the package's.
+# Variables of make gpu: motion to train on, minutes of training, motion on which its policy and the package's are evaluated.
 MOTIONS ?= synthetic
 MINUTES ?= 25
 TESTED ?= synthetic

@@ -15,6 +15,7 @@ from envs.mimic.spec import (
     DEVIATION_DISCOUNT_OFFSET,
     DEVIATION_DISCOUNT_SLOPE_PER_M,
     DEVIATION_DISCOUNT_THRESHOLD,
+    MIN_FALLEN_BODIES,
     MimicSpec,
     action_table,
     observation_table,
@@ -49,8 +50,7 @@ class AdaptMimicEnv(gym.Env):  # noqa: D101 (its docstring is made from the spec
     that of eq. 4.6 to 4.10, at most 3 a step. An episode begins at a random frame of a random clip and lasts 300 frames
     of it, 150 steps of 1/30 s, or to the clip's end (truncated); it ends sooner (terminated) when the head is more than
     {(DEVIATION_DISCOUNT_OFFSET - DEVIATION_DISCOUNT_THRESHOLD) / DEVIATION_DISCOUNT_SLOPE_PER_M:.2f} m from the reference's, when
-    three spinal bodies touch
-    the ground, or when physics fails.
+    {MIN_FALLEN_BODIES} bodies of the trunk touch the ground, or when physics fails.
 
     Arguments of ``gymnasium.make``: ``motions``, a BVH file, a folder of them or "synthetic"; and the fields of
     ``envs.mimic.spec.MimicSpec``. ``env.unwrapped.observation_slices`` tells where each part stands.

@@ -25,11 +25,11 @@ def main(arguments: list[str] | None = None) -> int:
     made.add_argument("source", metavar="CLIP", help="a BVH or MVNX file, a folder of them, or 'synthetic'")
     made.add_argument("--name", metavar="CLIP", help="which clip, where the source holds several (default: the longest)")
     made.add_argument("--host", default=DEFAULT_HOST, help=f"where the service is (default: {DEFAULT_HOST})")
-    made.add_argument("--port", type=int, default=DEFAULT_PORT, help=f"its port (default: {DEFAULT_PORT})")
+    made.add_argument("--port", type=int, default=DEFAULT_PORT, help=f"port of the service (default: {DEFAULT_PORT})")
     made.add_argument(
-        "--height", type=float, default=DEFAULT_HEIGHT_CM, metavar="CM", help=f"of the virtual user (default: {DEFAULT_HEIGHT_CM})"
+        "--height", type=float, default=DEFAULT_HEIGHT_CM, metavar="CM", help=f"height of the virtual user (default: {DEFAULT_HEIGHT_CM})"
     )
-    made.add_argument("--seed", type=int, default=0, help="of how the trackers are worn and of their noise (default: 0)")
+    made.add_argument("--seed", type=int, default=0, help="seed of the tracker placement and noise (default: 0)")
     made.add_argument("--speed", type=float, default=1.0, help="frames come so many times as quickly (default: 1)")
     options = made.parse_args(arguments)
     return run_command(lambda: _run(options))

@@ -44,7 +44,7 @@ class RootSpec:
         if self.predicts_steps_ahead and self.vertical == "height":
             raise InputError("model.vertical is 'height', should be displacement: root3d predicts steps")
         if not self.predicts_steps_ahead and self.support:
-            raise InputError("model.support is true, should be false: it predicts steps")
+            raise InputError("model.support is true, should be false: only root3d predicts stance points")
         if not self.predicts_steps_ahead and self.accelerations:
             raise InputError("model.accelerations is true, should be false: planar networks see the pose only")
 

@@ -158,7 +158,7 @@ def _draw_all(described: list[Description], folder: Path) -> None:
 def main(arguments: list[str] | None = None, prog: str = "python -m datasets.describe") -> int:
     """Run the command line; return the exit code."""
     parser = argparse.ArgumentParser(prog=prog, description="Say what motion files are and how they retarget.")
-    parser.add_argument("path", type=Path, help="a BVH file or a folder of them")
+    parser.add_argument("path", type=Path, help="a BVH or MVNX file, or a folder of them")
     parser.add_argument("--out", type=Path, help="folder for a picture of each clip")
     parser.add_argument("--mapping", type=Path, help="YAML file that names joints, unit or up axis, such as 'thigh_l: LeftUpLeg'")
     options = parser.parse_args(arguments)

@@ -125,7 +125,7 @@ class MotionLibrary:
     Attributes:
         clips: Descriptions of the clips.
         table: Frames of all clips, each in one row, so that a look-up touches memory once for each world, shape (F, W).
-        start_pose: Generalised positions to start from: root position, lifted until it only touches the ground, and rotation, then
+        start_pose: Generalised positions to start from: root position, lifted to ``START_PENETRATION_M`` in the ground, and rotation, then
             the hinges, shape (F, 50).
         start_vel: Generalised velocities: root linear in the world and angular in the body, then hinges, shape (F, 49).
         fps: Frame rate of every clip [1/s].

@@ -1,4 +1,4 @@
-"""How often each clip of a library is drawn."""
+"""Sampling weights of a library's clips."""
 
 from collections.abc import Sequence
 

@@ -31,7 +31,7 @@ def _disable_engine_log() -> None:
 
 
 class CpuPhysics:
-    """N humanoids on MuJoCo's thread pool; keeps the protocol of ``envs.physics.engine_interface``.
+    """N humanoids on MuJoCo's thread pool; implements ``envs.physics.engine_interface``.
 
     Attributes:
         model: Model of the humanoid on the floor.

@@ -23,7 +23,7 @@ _MEASURED = ("overflow", "xpos", "xmat", "sensordata")
 
 
 class WarpPhysics:
-    """N humanoids on a warp device; keeps the protocol of ``envs.physics.engine_interface`` with tensors, and masks instead of indices.
+    """N humanoids on a warp device; implements ``envs.physics.engine_interface`` with tensors, and masks instead of indices.
 
     Nothing here waits for the device. The kernels of a step are recorded once as a graph and replayed.
     """

@@ -24,10 +24,10 @@ from trainers.runs.device import resolve_device
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; return the exit code."""
     parser = argparse.ArgumentParser(prog="python -m eval.backends", description="Compare the CPU's physics with the GPU's.")
-    parser.add_argument("--device", default="auto", choices=("auto", "cpu", "cuda"), help="of mujoco-warp (default: the GPU if any)")
+    parser.add_argument("--device", default="auto", choices=("auto", "cpu", "cuda"), help="device of mujoco-warp (default: the GPU if any)")
     parser.add_argument("--motions", default=SYNTHETIC_SOURCE, metavar="PATH", help="motion source (default: synthetic)")
     parser.add_argument("--policy", type=Path, default=PRETRAINED_POLICY, metavar="FILE", help="whose episodes (default: the shipped one)")
-    parser.add_argument("--worlds", type=int, default=64, help="at once (default: 64)")
+    parser.add_argument("--worlds", type=int, default=64, help="worlds simulated at once (default: 64)")
     parser.add_argument("--steps", type=int, default=40, help="single steps compared in each world (default: 40)")
     options = parser.parse_args(arguments)
     return run_command(lambda: _run(options))

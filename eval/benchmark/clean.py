@@ -27,7 +27,7 @@ from trainers.runs.device import available_cores
 
 CLIP_S = 10  # duration of the clip
 SYNTHETIC_KIND = "turn"  # of synthetic motion: a walk with two bends, always on the ground
-OURS, LIMIT, SEARCH, NO_PHYSICS = "clean", "bare MuJoCo", "crowd alone", "no physics"
+OURS, LIMIT, SEARCH, NO_PHYSICS = "clean", "bare MuJoCo", "search alone", "no physics"
 
 
 class SamconRecorder(ControlRecorder, RecordingPhysics):
@@ -125,4 +125,4 @@ def _bare(cleaner: CleaningPipeline, clip: BodyMotion) -> BenchmarkCase:
         bare.run()  # it raises if it ends elsewhere
         return clip.seconds
 
-    return BenchmarkCase(LIMIT, "mujoco.batch.Batch alone, through the crowd's states and controls", run, bare.prepare)
+    return BenchmarkCase(LIMIT, "mujoco.batch.Batch alone, through the search's states and controls", run, bare.prepare)

@@ -8,7 +8,7 @@ import numpy as np
 
 from agents.policy.policy import Policy
 from agents.weights.pretrained import PRETRAINED_POLICY
-from datasets.cleanup.off_feet_segments import OffFeetSpan
+from datasets.cleanup.off_feet_spans import OffFeetSpan
 from datasets.cleanup.performer_foot_lock import lock_performer_feet
 from datasets.formats.bvh import Bvh
 from datasets.motion.clip import FPS, BodyMotion
@@ -18,8 +18,8 @@ from datasets.retarget.performer_clip import performer_clip_from_bvh
 from datasets.retarget.retarget import retarget, retarget_with
 from datasets.retarget.transfer_back import to_performer_bvh, transfer_back
 from envs.mimic.spec import MimicSpec
+from eval.clean.believed_root import locate_root
 from eval.clean.result import CleaningResult
-from eval.clean.root_source import locate_root
 from eval.clean.simulate_clip import SimulatedClip
 from eval.clean.stages import frame_mask, repair_kinematically, simulate_grounded_spans
 from trainers.algorithms.policy_file import load_policy

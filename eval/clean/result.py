@@ -37,12 +37,12 @@ class CleaningResult:
 
     @property
     def simulated(self) -> np.ndarray:
-        """Which frames count as simulated, shape (T,)."""
+        """Whether each frame counts as simulated, shape (T,)."""
         return self.confidence >= SIMULATED_CONFIDENCE
 
     @property
     def kept(self) -> np.ndarray:
-        """Which frames keep the repaired input, shape (T,)."""
+        """Whether each frame keeps the repaired input, shape (T,)."""
         return self.confidence < KEPT_CONFIDENCE
 
     def __post_init__(self) -> None:

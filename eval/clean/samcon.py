@@ -27,9 +27,9 @@ NUM_SAMPLES = 96  # simulated worlds
 NUM_SURVIVORS = 24  # samples that are kept; the first copy of each goes on without noise
 STEPS_PER_WINDOW = 1  # control steps between selections: 28 mm from the clip, where three are 32 mm from it (eval.study search)
 # Share of the policy's residuals: it lasts but does not aim, so that all of them move joints further off than none (eval.study search).
-ACTION_SCALE = 0.5
-ACTION_NOISE_STD = 0.15  # as large as training explores
-SCORE_DECAY = 0.95  # of rewards by their age, as in training; the critic's value ahead is a mean reward a step and weighs as much as one
+RESIDUAL_SHARE = 0.5
+ACTION_NOISE_STD = 0.15  # near what training explores with
+SCORE_DECAY = 0.95  # of rewards by their age; the critic's value ahead is a mean reward a step and weighs as much as one
 MAX_POSE_ERROR_M = 0.12  # mean distance of the bodies from the reference's, roots aligned, beyond which a sample is dropped
 # Weights beside the reward, which hardly falls with the small errors from which falls begin.
 COM_ERROR_WEIGHT, COM_SPEED_ERROR_WEIGHT, HEAD_ERROR_WEIGHT, POSE_ERROR_WEIGHT = 15.0, 10.0, 15.0, 200.0
@@ -61,7 +61,7 @@ class SamconSearch:
         clip: BodyMotion,
         threads: int,
         seed: int = 0,
-        action_scale: float = ACTION_SCALE,
+        residual_share: float = RESIDUAL_SHARE,
         steps_per_window: int = STEPS_PER_WINDOW,
     ) -> None:
         """Build the vector env with one clip.
@@ -72,10 +72,10 @@ class SamconSearch:
             clip: Reference clip at 60 fps.
             threads: Native threads of the simulation.
             seed: Seed of the action noise.
-            action_scale: Share of the policy's actions that is applied.
+            residual_share: Share of the policy's actions that is applied.
             steps_per_window: Control steps from one selection to the next.
         """
-        self._action_scale, self._steps_per_window = action_scale, steps_per_window
+        self._residual_share, self._steps_per_window = residual_share, steps_per_window
         self._policy, self._frames = policy, len(clip)
         self._env = AdaptMimicVectorEnv(
             MotionLibrary.from_clips([clip]), NUM_SAMPLES, spec, threads, AutoresetMode.DISABLED, physics=RecordingPhysics
@@ -123,7 +123,7 @@ class SamconSearch:
         """Return the scaled actions of the policy (K, A), with noise on all samples but the first copy of each survivor."""
         noise = self._random.normal(scale=ACTION_NOISE_STD, size=(NUM_SAMPLES, self._env.task.action_size))
         noise[:num_survivors] = 0.0
-        return (self._action_scale * self._policy.act(observation) + noise).astype(np.float32)
+        return (self._residual_share * self._policy.act(observation) + noise).astype(np.float32)
 
     def _observed(self) -> Observed:
         """Return the reference at the current frame."""

@@ -7,7 +7,7 @@ import numpy as np
 from agents.policy.policy import Policy
 from datasets.cleanup.foot_contacts import detect_foot_contacts
 from datasets.cleanup.ground_levelling import level_to_ground
-from datasets.cleanup.off_feet_segments import OffFeetSpan
+from datasets.cleanup.off_feet_spans import OffFeetSpan
 from datasets.motion.clip import BodyMotion
 from datasets.motion.smoothing import smooth_motion
 from envs.mimic.spec import MimicSpec

@@ -35,7 +35,7 @@ def render_cleaning(cleaned: CleaningResult, frames: list[int]) -> Pictures | No
 
     Args:
         cleaned: The clip.
-        frames: Which to take pictures of.
+        frames: Indices of the frames to picture.
     """
     if not can_render():
         return None

@@ -46,7 +46,7 @@ def main(arguments: list[str] | None = None, prog: str = "python -m eval.live") 
     made.add_argument("--users", type=int, default=DEFAULT_MAX_USERS, help=f"how many may be there at once (default: {DEFAULT_MAX_USERS})")
     made.add_argument("--record", type=Path, metavar="DIR", help="save what is live there as BVH")
     made.add_argument(
-        "--minutes", type=float, default=MAX_RECORDING_MIN, help=f"of a recording, then another begins (default: {MAX_RECORDING_MIN:g})"
+        "--minutes", type=float, default=MAX_RECORDING_MIN, help=f"longest recording, then another begins (default: {MAX_RECORDING_MIN:g})"
     )
     made.add_argument("--model", type=Path, metavar="FILE", default=PRETRAINED_LOBSTR, help="another network than the package's")
     options = made.parse_args(arguments)

@@ -135,7 +135,7 @@ class Recorder:
             except OSError as error:
                 reason = str(error.strerror)
         if reason:
-            self._log(f"{recording.target} could not be saved ({reason}); it is still in {recording.spool}: python -m eval.live.recorder")
+            self._log(f"{recording.target} could not be saved ({reason}); it is kept: python -m eval.live.recorder {recording.spool}")
         else:
             self._log(f"saved {recording.target}: {recording.frames / TRACKER_RATE_HZ:.1f} s")
 
@@ -151,7 +151,7 @@ def save_recording(spool: Path) -> Path:
     """
     target = spool.with_name(spool.name.removeprefix(".").removesuffix(SPOOL_SUFFIX) + ".bvh")
     if spool.suffix != SPOOL_SUFFIX or not spool.is_file():
-        raise InputError(f"{spool}: no take; one is a hidden file whose name ends with {SPOOL_SUFFIX}")
+        raise InputError(f"{spool}: no recording; one is a hidden file whose name ends with {SPOOL_SUFFIX}")
     if target.exists():
         raise InputError(f"{target} is there already; move it away")
     numbers = np.fromfile(spool, dtype=np.float32)
@@ -172,13 +172,13 @@ def save_recording(spool: Path) -> Path:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; return the exit code."""
-    parser = argparse.ArgumentParser(prog="python -m eval.live.recorder", description="Save takes that a crash left behind as BVH.")
-    parser.add_argument("takes", nargs="+", type=Path, metavar="FILE", help=f"a hidden file of a recording folder, named .*{SPOOL_SUFFIX}")
+    parser = argparse.ArgumentParser(prog="python -m eval.live.recorder", description="Save recordings that a crash left behind as BVH.")
+    parser.add_argument("spools", nargs="+", type=Path, metavar="FILE", help=f"a hidden file of a recording folder, named .*{SPOOL_SUFFIX}")
     options = parser.parse_args(arguments)
 
     def save() -> None:
-        for take in options.takes:
-            save_recording(take)
+        for spool in options.spools:
+            save_recording(spool)
 
     return run_command(save)
 

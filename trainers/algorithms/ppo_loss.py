@@ -9,7 +9,7 @@ def policy_loss(log_prob: torch.Tensor, old_log_prob: torch.Tensor, advantage: t
     Args:
         log_prob: Log densities of the actions under the policy that learns, shape (M,).
         old_log_prob: The same under the policy that acted, shape (M,).
-        advantage: Shape (M,).
+        advantage: Normalised advantages, shape (M,).
         clip: How far the ratio of probabilities may leave one and still be rewarded.
     """
     ratio = (log_prob - old_log_prob).exp()

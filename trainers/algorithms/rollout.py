@@ -37,7 +37,7 @@ class Step(NamedTuple):
         means: Means of the Gaussians that the actions were sampled from, shape (N, A).
         log_probs: Log densities of the actions, shape (N,).
         values: The critic's, of the observations, shape (N,).
-        rewards: Shape (N,).
+        rewards: Rewards of the step, shape (N,).
         terminated: Whether the step ended the episode by a fall or a lost reference, shape (N,).
         truncated: Whether the step reached the episode's or the clip's end, shape (N,).
     """

@@ -33,19 +33,21 @@ class Collector(ABC):
         self._observation, _ = self.env.reset(seed=int(seeds[1]))
 
     @abstractmethod
-    def collect(self, weights: dict[str, np.ndarray], sigma: float, max_assist_bw: float) -> Rollout:
+    def collect(self, weights: dict[str, np.ndarray], action_std: float, assist_force_bw: float) -> Rollout:
         """Return one rollout of the policy.
 
         Args:
             weights: Policy weights by name.
-            sigma: Standard deviation of the actions.
-            max_assist_bw: Largest assistive force on the root [body weights].
+            action_std: Standard deviation of the actions.
+            assist_force_bw: Largest assistive force on the root [body weights].
         """
 
-    def collect_and_report(self, weights: dict[str, np.ndarray], sigma: float, max_assist_bw: float) -> tuple[Rollout, RolloutReport]:
+    def collect_and_report(
+        self, weights: dict[str, np.ndarray], action_std: float, assist_force_bw: float
+    ) -> tuple[Rollout, RolloutReport]:
         """Return one rollout and its report; as two of Ray's objects, of which the second is small."""
         begin = time.monotonic()
-        rollout = self.collect(weights, sigma, max_assist_bw)
+        rollout = self.collect(weights, action_std, assist_force_bw)
         return rollout, rollout.report(time.monotonic() - begin)
 
     def is_ready(self) -> bool:

@@ -45,10 +45,10 @@ class CpuCollector(Collector):
         super().__init__(config, env, CPU, worker_index, restarts)
 
     @torch.inference_mode()
-    def collect(self, weights: dict[str, np.ndarray], sigma: float, max_assist_bw: float) -> Rollout:
+    def collect(self, weights: dict[str, np.ndarray], action_std: float, assist_force_bw: float) -> Rollout:
         """Return one rollout of the policy, as arrays; see ``Collector.collect``."""
         torch.set_num_threads(self._threads)  # the learner, in this process or not, sets its own
-        self.env.assist_force_bw = max_assist_bw
+        self.env.assist_force_bw = assist_force_bw
         self.policy.load_state_dict({name: torch.tensor(array) for name, array in weights.items()})
         steps = empty_steps(self._horizon, self.env.num_envs, self.env.task.observation_size, self.env.task.action_size)
         final_observations = [self._observation[:0]]
@@ -57,9 +57,9 @@ class CpuCollector(Collector):
         failures = self.env.physics_failures
         for t in range(self._horizon):
             mean, value = self.policy(torch.from_numpy(self._observation))
-            action = mean + sigma * torch.randn(mean.shape, generator=self._random)
+            action = mean + action_std * torch.randn(mean.shape, generator=self._random)
             next_observation, rewards, terminated, truncated, info = self.env.step(action.numpy())
-            step = Step(self._observation, action, mean, log_prob(mean, sigma, action), value, rewards, terminated, truncated)
+            step = Step(self._observation, action, mean, log_prob(mean, action_std, action), value, rewards, terminated, truncated)
             for array, row in zip(steps, step, strict=True):
                 array[t] = row
             if "final_obs" in info:

@@ -32,9 +32,9 @@ class GpuCollector(Collector):
         super().__init__(config, env, self._device)
 
     @torch.no_grad()
-    def collect(self, weights: dict[str, np.ndarray], sigma: float, max_assist_bw: float) -> Rollout:
+    def collect(self, weights: dict[str, np.ndarray], action_std: float, assist_force_bw: float) -> Rollout:
         """Return one rollout of the policy, as tensors on the device; see ``Collector.collect``."""
-        self.env.assist_force_bw = max_assist_bw
+        self.env.assist_force_bw = assist_force_bw
         self.policy.load_state_dict({name: torch.tensor(array) for name, array in weights.items()})
         steps: list[Step] = []
         next_values: list[torch.Tensor] = []
@@ -44,11 +44,11 @@ class GpuCollector(Collector):
         for _ in range(self._horizon):
             with allow_tf32(self._device):
                 mean, value = self.policy(self._observation)
-            action = mean + sigma * torch.randn(mean.shape, generator=self._random, device=self._device)
+            action = mean + action_std * torch.randn(mean.shape, generator=self._random, device=self._device)
             next_observation, rewards, terminated, truncated, info = self.env.step(action)
             with allow_tf32(self._device):
                 next_values.append(self.policy.value(info["final_obs"]).masked_fill(terminated, 0.0))
-            steps.append(Step(self._observation, action, mean, log_prob(mean, sigma, action), value, rewards, terminated, truncated))
+            steps.append(Step(self._observation, action, mean, log_prob(mean, action_std, action), value, rewards, terminated, truncated))
             ends.append({"ended": info["_tracking"], **info["tracking"]})
             terms.append({name: term.mean() for name, term in info.items() if name.startswith("reward/")})
             self._observation = next_observation

@@ -28,7 +28,7 @@ class CollectedRollouts(NamedTuple):
 class RolloutPool(Protocol):
     """All collectors of a run."""
 
-    def collect(self, weights: Any, sigma: float, max_assist_bw: float = 0.0) -> CollectedRollouts:
+    def collect(self, weights: Any, action_std: float, assist_force_bw: float = 0.0) -> CollectedRollouts:
         """Return new rollouts; the arguments are those of ``Collector.collect``."""
         ...
 
@@ -48,9 +48,9 @@ class LocalPool:
         """Take the collector."""
         self._collector = collector
 
-    def collect(self, weights: dict[str, np.ndarray], sigma: float, max_assist_bw: float = 0.0) -> CollectedRollouts:
+    def collect(self, weights: dict[str, np.ndarray], action_std: float, assist_force_bw: float = 0.0) -> CollectedRollouts:
         """Return one rollout."""
-        rollout, report = self._collector.collect_and_report(weights, sigma, max_assist_bw)
+        rollout, report = self._collector.collect_and_report(weights, action_std, assist_force_bw)
         return CollectedRollouts([rollout], [report])
 
     def get_state(self) -> dict[str, Any]:

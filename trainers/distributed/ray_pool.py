@@ -89,20 +89,20 @@ class RayPool:
             self._start_worker(slot)
         self._wait_for_workers()
 
-    def collect(self, weights: Any, sigma: float, max_assist_bw: float = 0.0) -> CollectedRollouts:
+    def collect(self, weights: Any, action_std: float, assist_force_bw: float = 0.0) -> CollectedRollouts:
         """Return the rollouts of all collectors that are alive and not late.
 
         Args:
             weights: Policy weights, or Ray's reference to them; sent once, not once an actor.
-            sigma: Standard deviation of the actions.
-            max_assist_bw: Largest assistive force on the root [body weights].
+            action_std: Standard deviation of the actions.
+            assist_force_bw: Largest assistive force on the root [body weights].
 
         Raises:
             RunError: If no collector is left.
         """
         self._round += 1
         self._weights = weights if isinstance(weights, self._ray.ObjectRef) else self._ray.put(weights)
-        settings = (self._weights, sigma, max_assist_bw)
+        settings = (self._weights, action_std, assist_force_bw)
         self._request_rollouts(settings)
         collected = self._gather_rollouts(settings)
         if self._config.collect.overlap:

@@ -1,4 +1,4 @@
-"""What a PPO run tells of its iterations and evaluations."""
+"""Log of a PPO run: its iterations and evaluations."""
 
 from collections import deque
 from pathlib import Path
@@ -19,7 +19,7 @@ class PpoLog(RunLog):
     """Writes the numbers of each iteration, and a line of progress every few seconds."""
 
     def __init__(self, folder: Path, console: Console, config: PpoConfig) -> None:
-        """Begin to tell of the run in ``folder``."""
+        """Create the log of the run in ``folder``."""
         super().__init__(folder, console)
         self._config = config
         self._recent_episodes: deque[dict[str, np.ndarray]] = deque(maxlen=AVERAGED_ITERATIONS)
@@ -28,7 +28,7 @@ class PpoLog(RunLog):
         """Write the numbers of one iteration.
 
         Args:
-            clock: After it.
+            clock: Clock after the iteration.
             reports: Reports of the rollouts that it learnt from.
             diagnostics: Diagnostics of the learner by name.
             speeds: Control steps per second, by what was timed.

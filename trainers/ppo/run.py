@@ -140,8 +140,8 @@ class PpoRun:
 
     def _collect(self, progress: float) -> CollectedRollouts:
         """Return rollouts of the current policy; exploration and the assistive force follow the schedule."""
-        max_assist_bw = self._config.collect.assist_force_bw * max(1.0 - 2.0 * progress, 0.0)
-        return self._pool.collect(self._learner.weights(), self._config.learner.action_std_at(progress), max_assist_bw)
+        assist_force_bw = self._config.collect.assist_force_bw * max(1.0 - 2.0 * progress, 0.0)
+        return self._pool.collect(self._learner.weights(), self._config.learner.action_std_at(progress), assist_force_bw)
 
     def _advance_and_log(self, collected: CollectedRollouts, diagnostics: dict[str, float], collecting: float, total: float) -> None:
         """Count the iteration, its control steps and its seconds, and log it."""

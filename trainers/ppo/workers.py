@@ -22,7 +22,7 @@ from trainers.runs.device import resolve_device
 
 
 class Backend(NamedTuple):
-    """Where a run simulates and learns.
+    """Placement of a run's simulation and learning.
 
     Attributes:
         simulator: Name of the engine in checkpoints: "cpu", or "warp on" a device.
@@ -36,7 +36,7 @@ class Backend(NamedTuple):
 
 
 def choose_backend(config: PpoConfig) -> Backend:
-    """Return where a run simulates and learns.
+    """Return the backend of a run.
 
     Raises:
         InputError: If this machine lacks what the config asks for.

@@ -23,7 +23,7 @@ def run_training(
     """Run a training as the command line asks; return the exit code.
 
     Args:
-        program: How the program was called, for ``--help``.
+        program: Name of the program in ``--help``.
         description: Description of the training, for ``--help``.
         example: Config file of the project, for ``--help``.
         config_class: Returns the class of the config that a file holds.

@@ -30,10 +30,14 @@ class RootLearner:
         self.random = torch.Generator().manual_seed(config.seed)
         self._training, self._starts = data.training, data.training.window_starts(config.model.window * config.learner.sequence)
         self._holdout, self._scored = data.holdout, _evenly_spaced_windows(data.holdout, config.model.window)
-        for name, windows in (("training", self._starts), ("held-out", self._scored)):
+        needed = {
+            "training": (self._starts, config.model.window * config.learner.sequence),
+            "held-out": (self._scored, config.model.window),
+        }
+        for name, (windows, frames) in needed.items():
             if not len(windows):
                 raise InputError(
-                    f"no {name} clip is as long as {config.model.window * config.learner.sequence + 1} frames at {ROOT_RATE_HZ:g} Hz; "
+                    f"no {name} clip is as long as {frames + 1} frames at {ROOT_RATE_HZ:g} Hz; "
                     "take longer clips, a smaller learner.sequence, or another data.holdout"
                 )
         self._augment = RootAugmentation(config.model, self.config.mask_share)

@@ -17,7 +17,8 @@ from datasets.cleanup.foot_contacts import detect_foot_contacts
 from datasets.library.sources import load_clips
 from datasets.motion.clip import FPS, BodyMotion
 from envs.mimic.spec import MimicSpec
-from eval.clean.samcon import ACTION_SCALE, STEPS_PER_WINDOW, SamconSearch
+from envs.physics.engine_interface import FRAMES_PER_STEP
+from eval.clean.samcon import RESIDUAL_SHARE, STEPS_PER_WINDOW, SamconSearch
 from eval.clean.simulate_clip import write_segment
 from eval.clean.stages import repair_kinematically
 from eval.metrics.artefact_tracks import distances_local
@@ -29,10 +30,10 @@ from trainers.algorithms.policy_file import load_policy
 from trainers.runs.run_log import make_console
 
 SEARCH_VARIANTS = {  # by name of the rows: share of the policy's residual, and control steps from one selection of samples to the next
-    **{f"residual {share:g}": (share, STEPS_PER_WINDOW) for share in (0.0, 0.25, ACTION_SCALE, 0.75, 1.0)},
-    "a choice in 3 steps": (ACTION_SCALE, 3),
+    **{f"residual {share:g}": (share, STEPS_PER_WINDOW) for share in (0.0, 0.25, RESIDUAL_SHARE, 0.75, 1.0)},
+    "a choice in 3 steps": (RESIDUAL_SHARE, 3),
 }
-IN_USE, NO_RESIDUAL, FULL_RESIDUAL, LONG_INTERVAL = f"residual {ACTION_SCALE:g}", "residual 0", "residual 1", "a choice in 3 steps"
+IN_USE, NO_RESIDUAL, FULL_RESIDUAL, LONG_INTERVAL = f"residual {RESIDUAL_SHARE:g}", "residual 0", "residual 1", "a choice in 3 steps"
 CLIP_S = 6.0  # part of each clip, from its beginning
 THREADS = 1
 MAX_SKATE_RATIO = 1.5  # to the recording's speed of standing feet
@@ -60,7 +61,7 @@ def search_study(data: Path, out: Path) -> Study:
     """
     lacking = [name for each in TEST_CLIPS.values() for name in each if not (data / name).is_file()]
     if lacking:
-        raise InputError(f"--data {data}: there is no {lacking[0]}; name the folder of real motion, see docs/evaluation.md")
+        raise InputError(f"--data {data}: there is no {lacking[0]}; name the folder of real motion, see docs/data.md")
     policy, _, spec = load_policy(PRETRAINED_POLICY)
     torch.set_num_threads(THREADS)
     files = [(kind, data / name) for kind, names in TEST_CLIPS.items() for name in names]
@@ -80,8 +81,8 @@ def search_study(data: Path, out: Path) -> Study:
 
 def measure_search(policy: Policy, spec: MimicSpec, clip: BodyMotion, residual: float, interval: int) -> Values:
     """Return the measures of the SAMCON search on a repaired clip, with a share of the residual and so many control steps per window."""
-    clip = clip if len(clip) % 2 else clip.cut(0, len(clip) - 1)  # so that the last control step ends in the last frame
-    segments = list(SamconSearch(policy, spec, clip, THREADS, action_scale=residual, steps_per_window=interval).segments())
+    clip = clip if len(clip) % FRAMES_PER_STEP else clip.cut(0, len(clip) - 1)  # so that the last control step ends in the last frame
+    segments = list(SamconSearch(policy, spec, clip, THREADS, residual_share=residual, steps_per_window=interval).segments())
     simulated = clip
     for segment in segments:
         simulated = write_segment(simulated, segment)

@@ -1,4 +1,4 @@
-"""The benchmark of cleaning with a small crowd and an untrained policy: what it writes, and that its limit does the same work."""
+"""The benchmark of cleaning with a small search and an untrained policy: what it writes, and that its limit does the same work."""
 
 import json
 from pathlib import Path
@@ -48,7 +48,7 @@ def test_benchmark_writes_its_figures(
     assert found["ours"] == found["rows"]["clean"]["rate"] > 0.0
     assert found["limit"] == found["rows"]["bare MuJoCo"]["rate"]
     assert found["ratios"] == {"limit": found["rows"]["clean"]["ratio"]}
-    limits = {"clean": "bare MuJoCo", "crowd alone": "bare MuJoCo", "bare MuJoCo": None, "no physics": None}
+    limits = {"clean": "bare MuJoCo", "search alone": "bare MuJoCo", "bare MuJoCo": None, "no physics": None}
     assert {name: row["limit"] for name, row in found["rows"].items()} == limits
     assert "seconds of clip/s" in capsys.readouterr().out
 

@@ -1,4 +1,4 @@
-"""Small parts for tests of cleaning: an untrained policy, its file, a crowd of eight, somebody who stands and sways."""
+"""Small parts for tests of cleaning: an untrained policy, its file, a search of eight samples, somebody who stands and sways."""
 
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -11,7 +11,7 @@ from agents.policy.policy import Policy
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import rotations_from_hinges
 from envs.mimic.spec import MimicSpec
-from eval.clean import samcon as crowd
+from eval.clean import samcon
 from tests.builders import hinge, posed
 from trainers.algorithms.policy_file import REQUIRED_CARD_KEYS
 
@@ -31,10 +31,10 @@ def saved(folder: Path) -> Path:
     return path
 
 
-def shrink_crowd(patch: pytest.MonkeyPatch, worlds: int = 8, best: int = 2) -> None:
-    """Let few humanoids do what many do."""
-    patch.setattr(crowd, "NUM_SAMPLES", worlds)
-    patch.setattr(crowd, "NUM_SURVIVORS", best)
+def shrink_search(patch: pytest.MonkeyPatch, worlds: int = 8, best: int = 2) -> None:
+    """Search with few samples."""
+    patch.setattr(samcon, "NUM_SAMPLES", worlds)
+    patch.setattr(samcon, "NUM_SURVIVORS", best)
 
 
 def standing(frames: int, fps: float = 60.0) -> BodyMotion:

@@ -1,4 +1,4 @@
-"""``python -m eval.clean`` with a small crowd and an untrained policy: a file, a folder, and everything that a user may get wrong."""
+"""``python -m eval.clean`` with a small search and an untrained policy: a file, a folder, and everything that a user may get wrong."""
 
 import subprocess
 import sys
@@ -12,20 +12,20 @@ from configs.errors import InputError
 from configs.source_code import PROJECT_ROOT
 from datasets.formats.bvh import Bvh, read_bvh, write_bvh
 from datasets.motion.clip import BodyMotion
+from eval.clean import believed_root
 from eval.clean import cli as clean
-from eval.clean import root_source
 from eval.clean.pipeline import CleaningPipeline
 from eval.clean.result import CleaningResult
 from tests.builders import as_bvh, posed
-from tests.eval.clean.clean_parts import SPEC, saved, shrink_crowd, standing, untrained
+from tests.eval.clean.clean_parts import SPEC, saved, shrink_search, standing, untrained
 
 FPS = 30.0
 
 
 @pytest.fixture
 def policy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the file of a policy; crowds are small."""
-    shrink_crowd(monkeypatch)
+    """Return the file of a policy; searches are small."""
+    shrink_search(monkeypatch)
     return saved(tmp_path)
 
 
@@ -175,7 +175,7 @@ def cleaned(motion: BodyMotion) -> tuple[Bvh, Bvh, CleaningResult]:
 @pytest.mark.parametrize(("frames", "fps"), [(45, 30.0), (120, 100.0), (90, 60.0), (90, 60.000024)])
 def test_what_is_told_has_the_frames_of_the_clip_at_60_fps(monkeypatch: pytest.MonkeyPatch, frames: int, fps: float) -> None:
     # 45 frames at 30 fps last 44 / 30 s: 88 sixtieths and the first; 120 at 100 fps 1.19 s: 71.4; 90 at 60 are 90.
-    shrink_crowd(monkeypatch)
+    shrink_search(monkeypatch)
     bvh, out, told = cleaned(standing(frames, fps))
     same_skeleton(bvh, out)
     expected = {30.0: 89, 100.0: 72}.get(fps, 90)
@@ -202,16 +202,16 @@ def test_clips_of_a_few_frames_come_back(frames: int, fps: float) -> None:
 
 def test_a_pose_is_no_clip_without_a_root(monkeypatch: pytest.MonkeyPatch) -> None:
     # Who keeps still within a centimetre cannot be told from a recording that holds no root: the path is worked out, and said to be.
-    monkeypatch.setattr(root_source, "reconstruct_missing_root", lambda clip: replace(clip, rooted=False))
-    shrink_crowd(monkeypatch)
+    monkeypatch.setattr(believed_root, "reconstruct_missing_root", lambda clip: replace(clip, rooted=False))
+    shrink_search(monkeypatch)
     *_, told = cleaned(still(90))
     assert told.notices == ("The recording does not say where the pelvis went, or lets the figure hover; its path was reconstructed.",)
 
 
 def test_who_sits_is_left_alone_and_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    # Found by datasets.cleanup.off_feet_segments: here it is said to have found the second second.
-    shrink_crowd(monkeypatch)
-    monkeypatch.setattr(root_source, "find_off_feet_spans", lambda _: [root_source.OffFeetSpan(60, 120, "sits")])
+    # Found by datasets.cleanup.off_feet_spans: here it is said to have found the second second.
+    shrink_search(monkeypatch)
+    monkeypatch.setattr(believed_root, "find_off_feet_spans", lambda _: [believed_root.OffFeetSpan(60, 120, "sits")])
     bvh, out, told = cleaned(standing(180))
     assert told.notices == ("Somebody sits from 1.0 s to 2.0 s: not for feet on level ground, left to itself.",)
     assert told.kept[60:120].all()

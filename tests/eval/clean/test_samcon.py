@@ -1,4 +1,4 @@
-"""A small crowd: its takes are unbroken, join each other, and come again with the same seed."""
+"""A small SAMCON search: its segments are unbroken, join each other, and repeat with the same seed."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -10,17 +10,17 @@ from agents.policy.policy import Policy
 from datasets.library.motion_library import MotionLibrary
 from datasets.motion.clip import BodyMotion
 from envs.physics.mujoco_cpu import RecordingPhysics
-from eval.clean import samcon as crowd
+from eval.clean import samcon
 from eval.clean.samcon import SamconSearch, Segment
 from tests.builders import STANDING, hinge, posed
-from tests.eval.clean.clean_parts import SPEC, shrink_crowd, standing, untrained
+from tests.eval.clean.clean_parts import SPEC, shrink_search, standing, untrained
 
 LIMPING = posed({"thigh_l_y": -20.0, "shin_l_y": 40.0, "foot_l_y": -20.0}, 181, STANDING)  # 3 s on one leg and a bent one
 
 
 @pytest.fixture(autouse=True)
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    shrink_crowd(monkeypatch)
+    shrink_search(monkeypatch)
 
 
 def takes_of(clip: BodyMotion, seed: int = 0) -> list[Segment]:
@@ -79,7 +79,7 @@ def test_a_search_traces_who_went_on_from_whom() -> None:
 
 def test_where_all_go_astray_the_next_take_begins_there(monkeypatch: pytest.MonkeyPatch) -> None:
     # With hardly any distance allowed nobody stays for long.
-    monkeypatch.setattr(crowd, "MAX_POSE_ERROR_M", 0.0005)
+    monkeypatch.setattr(samcon, "MAX_POSE_ERROR_M", 0.0005)
     clip = standing(61)
     takes, reference = takes_of(clip), MotionLibrary.from_clips([clip]).start_pose
     assert len(takes) > 2
@@ -105,11 +105,11 @@ def test_nobody_follows_who_flies_off() -> None:
         assert np.abs(take.poses[:, 2] - clip.root_position[take.start : take.start + len(take.poses), 2]).max() < 1.0
 
 
-def test_a_crowd_does_better_than_its_policy_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_search_does_better_than_its_policy_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     # An untrained policy falls within two seconds or so; those who search along it last longer.
-    shrink_crowd(monkeypatch, 32, 8)
+    shrink_search(monkeypatch, 32, 8)
     together = len(takes_of(LIMPING)[0].poses)
-    shrink_crowd(monkeypatch, 1, 1)
+    shrink_search(monkeypatch, 1, 1)
     assert together > len(takes_of(LIMPING)[0].poses)
 
 
@@ -120,10 +120,10 @@ def test_only_a_share_of_the_residual_is_played(monkeypatch: pytest.MonkeyPatch)
         def act(self, observation: np.ndarray) -> np.ndarray:
             return np.full((len(observation), 20), 0.1, dtype=np.float32)
 
-    monkeypatch.setattr(crowd, "ACTION_NOISE_STD", 0.0)
+    monkeypatch.setattr(samcon, "ACTION_NOISE_STD", 0.0)
     told = []
     for share in (0.0, 0.5):
         policy = Asking(SPEC.observation_size, SPEC.action_size, (8,))
-        (take,) = SamconSearch(policy, SPEC, posed({}, 5), 1, action_scale=share).segments()
+        (take,) = SamconSearch(policy, SPEC, posed({}, 5), 1, residual_share=share).segments()
         told.append(take.targets[:, hinge("shin_l_y")])
     assert told[1][1:] - told[0][1:] == pytest.approx([0.01, 0.01, 0.018, 0.018], abs=1e-6)

@@ -1,4 +1,4 @@
-"""Performances blended into a clip, by hand: takes are given, or made by a small crowd."""
+"""Simulations blended into a clip, by hand: segments are given, or made by a small search."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -13,7 +13,7 @@ from eval.clean import simulate_clip as module
 from eval.clean.samcon import Segment
 from eval.clean.simulate_clip import SimulatedClip, simulate_clip, without_simulation
 from tests.builders import STANDING, posed
-from tests.eval.clean.clean_parts import SPEC, shrink_crowd, standing, untrained
+from tests.eval.clean.clean_parts import SPEC, shrink_search, standing, untrained
 
 FRAMES = 601  # 10 s
 TIME = np.arange(FRAMES) / 60.0
@@ -32,7 +32,7 @@ def taken(motion: BodyMotion, start: int, stop: int) -> Segment:
 def perform_as(
     monkeypatch: pytest.MonkeyPatch, clip: BodyMotion, takes: list[Segment], joins: tuple[bool, bool] = (False, False)
 ) -> SimulatedClip:
-    """Return what becomes of a clip whose crowd shows the given takes."""
+    """Return what becomes of a clip whose search returns the given segments."""
 
     class Actors:
         def __init__(self, *_: object) -> None:
@@ -143,8 +143,8 @@ def test_performances_fit_what_comes_before_and_after(
 
 
 @pytest.mark.parametrize("frames", [60, 61])
-def test_a_crowd_performs_all_of_a_clip(monkeypatch: pytest.MonkeyPatch, frames: int) -> None:
-    shrink_crowd(monkeypatch)
+def test_a_search_covers_all_of_a_clip(monkeypatch: pytest.MonkeyPatch, frames: int) -> None:
+    shrink_search(monkeypatch)
     clip = standing(frames)
     found, again = (simulate_clip(untrained(), SPEC, clip, 1) for _ in range(2))
     assert (len(found.motion), found.contacts.shape, found.confidence.shape, found.segment_starts) == (frames, (frames, 2), (frames,), [0])
@@ -160,9 +160,9 @@ def test_a_crowd_performs_all_of_a_clip(monkeypatch: pytest.MonkeyPatch, frames:
     assert np.array_equal(found.contacts, again.contacts)
 
 
-def test_trust_is_a_share_wherever_a_crowd_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_confidence_is_a_share_wherever_a_search_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     # A T-pose that takes off: there is nothing to stand on, so takes end soon, and are trusted little.
-    shrink_crowd(monkeypatch)
+    shrink_search(monkeypatch)
     rest = posed({}, 90)
     time = np.arange(90) / 60.0
     clip = replace(rest, root_position=rest.root_position + 10.0 * np.clip(time - 0.5, 0.0, None)[:, None] ** 2 * Z)

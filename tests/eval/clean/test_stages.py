@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from agents.policy.policy import Policy
-from datasets.cleanup.off_feet_segments import OffFeetSpan
+from datasets.cleanup.off_feet_spans import OffFeetSpan
 from datasets.motion.clip import BodyMotion
 from datasets.motion.kinematics import body_poses, lowest_point_heights
 from datasets.motion.rotation import from_axis_angle, multiply
@@ -15,7 +15,7 @@ from eval.clean import stages as module
 from eval.clean.simulate_clip import SimulatedClip
 from eval.clean.stages import frame_mask, repair_kinematically, simulate_grounded_spans
 from tests.builders import STANDING, posed
-from tests.eval.clean.clean_parts import SPEC, shrink_crowd, standing, untrained
+from tests.eval.clean.clean_parts import SPEC, shrink_search, standing, untrained
 
 X, Y, Z = np.eye(3)
 
@@ -137,9 +137,9 @@ def test_without_a_policy_physics_is_left_out() -> None:
     assert (found.confidence.any(), found.segment_starts) == (False, [])
 
 
-def test_a_crowd_performs_what_is_repaired(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_search_follows_what_is_repaired(monkeypatch: pytest.MonkeyPatch) -> None:
     # Somebody who stands, sits down in the air for half a second, and stands: before and after the span nothing jumps.
-    shrink_crowd(monkeypatch)
+    shrink_search(monkeypatch)
     clip = standing(200)
     found = simulate_grounded_spans(
         untrained(), SPEC, repair_kinematically(clip, [OffFeetSpan(70, 100, "sits")]), [OffFeetSpan(70, 100, "sits")], 1

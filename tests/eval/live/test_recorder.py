@@ -148,7 +148,7 @@ def test_take_that_a_crash_left(tmp_path: Path, capsys: pytest.CaptureFixture[st
     (file,) = bvhs(tmp_path)
     assert len(read_bvh(file).values) == 4
     assert main([str(take)]) == 2
-    assert "no take" in capsys.readouterr().err
+    assert "no recording" in capsys.readouterr().err
 
 
 def test_bad_takes(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from configs.source_code import imported_files
 from datasets.formats.bvh import write_bvh
 from datasets.motion.clip import BodyMotion
 from envs.mimic.spec import MimicSpec
-from eval.clean import samcon as crowd
+from eval.clean import samcon
 from eval.clean.pipeline import CleaningPipeline
 from eval.recordings import IMU_SUIT_CLIPS
 from eval.study.clean import cases as clean_cases
@@ -189,8 +189,8 @@ def leave_policy(file: Path, seed: int) -> Path:
 @pytest.fixture
 def recordings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Leave a folder of real motion of people who stand, one of them long enough for physics, and a policy in the package."""
-    monkeypatch.setattr(crowd, "NUM_SAMPLES", 4)
-    monkeypatch.setattr(crowd, "NUM_SURVIVORS", 2)
+    monkeypatch.setattr(samcon, "NUM_SAMPLES", 4)
+    monkeypatch.setattr(samcon, "NUM_SURVIVORS", 2)
     monkeypatch.setattr(clean_study, "available_cores", lambda: 1)
     monkeypatch.setattr(clean_study, "PRETRAINED_POLICY", leave_policy(tmp_path / "package" / "mimic.safetensors", 0))
     pose = {"upper_arm_l_x": -70.0, "upper_arm_r_x": 70.0}
@@ -237,9 +237,9 @@ def test_the_study_goes_on_where_it_was_interrupted(recordings: Path, tmp_path: 
 
 def test_what_a_result_depends_on_is_found_through_imports() -> None:
     behind = {f"{file.parent.name}/{file.stem}" for file in imported_files(Case.__module__)}
-    needed = {"clean/cases", "clean/samcon", "physics/mujoco_cpu", "policy/policy", "data/root_reconstruction", "synthetic/clips"}
+    needed = {"clean/cases", "clean/samcon", "physics/mujoco_cpu", "policy/policy", "data/root_source", "synthetic/clips"}
     assert needed <= behind
-    assert not {"clean/study", "protocol/page", "ppo/cli"} & behind
+    assert not {"clean/study", "framework/page", "ppo/cli"} & behind
 
 
 def test_another_policy_or_another_clip_is_another_result(recordings: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,11 +7,11 @@ import pytest
 
 from eval.study import cli as study
 from eval.study.search import study as search_study
-from tests.eval.clean.clean_parts import SPEC, shrink_crowd, standing, untrained
+from tests.eval.clean.clean_parts import SPEC, shrink_search, standing, untrained
 
 
 def test_who_stands_is_near_and_slides_no_faster_than_the_recording_allows(monkeypatch: pytest.MonkeyPatch) -> None:
-    shrink_crowd(monkeypatch)
+    shrink_search(monkeypatch)
     found = search_study.measure_search(untrained(), SPEC, standing(60), 0.5, 1)
     assert set(found) == set(search_study.MEASURES)
     assert found["body_error"] < 30.0

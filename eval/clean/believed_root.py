@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from agents.weights.pretrained import load_pretrained_root, reconstruct_root_on_ground
 from datasets.cleanup.ground_levelling import is_floating
-from datasets.cleanup.off_feet_segments import OffFeetSpan, find_off_feet_spans
+from datasets.cleanup.off_feet_spans import OffFeetSpan, find_off_feet_spans
 from datasets.imu.root_features import ROOT_RATE_HZ
 from datasets.motion.clip import BodyMotion
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from datasets.cleanup.off_feet_segments import find_off_feet_spans
+from datasets.cleanup.off_feet_spans import find_off_feet_spans
 from datasets.ik.leg_ik import leg_ik
 from datasets.imu.suit_simulation import simulate_suit
 from datasets.library.sources import load_clips
