@@ -5,11 +5,11 @@ network that has seen few people guesses a speed that it has seen; the feet show
 """
 
 from agents.root.spec import STANCE_BODIES, RootSpec
-from datasets.motion.humanoid import ANKLE_HEIGHT
+from datasets.motion.humanoid import ANKLE_HEIGHT, TOE_HEIGHT
 from datasets.motion.rotation import Array, Constant, array_namespace
 
 HEIGHT_SOFTMAX_SCALE_M = 0.015  # m: a point that is higher than another by this has a prior weight e times smaller
-_HEIGHTS = Constant([ANKLE_HEIGHT, 0.02] * 2)  # m, heights of ankles and toe joints above the ground under a flat foot
+_HEIGHTS = Constant([ANKLE_HEIGHT, TOE_HEIGHT] * 2)  # m, heights of ankles and toe joints above the ground under a flat foot
 _MAX_LOGIT = 40.0  # whose exponential is finite in single precision
 
 

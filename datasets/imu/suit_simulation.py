@@ -20,7 +20,7 @@ from datasets.imu.sensor_model import (
     SuitNoise,
     simulate_sensors,
 )
-from datasets.motion.clip import BodyMotion
+from datasets.motion.clip import SIMULATED_SUIT, BodyMotion
 from datasets.motion.humanoid import (
     BALL_OFFSET,
     BODIES,
@@ -83,7 +83,7 @@ def simulate_suit(clean: BodyMotion, seed: int, severity: float = 1.0) -> SuitCl
     root = track_root(local, free[:, _PELVIS], leg_scale)
     root[:, :2] += clean.root_position[0, :2] - root[0, :2]
     root, local = _at_clip_rate(root, local, clean)
-    faulty = replace(clean, root_position=root, local_rotations=local, name=f"{clean.name}_suit", system="imu_suit")
+    faulty = replace(clean, root_position=root, local_rotations=local, name=f"{clean.name}_suit", system=SIMULATED_SUIT)
     return SuitClip(place_on_ground(faulty), free, clean)
 
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from datasets.library.motion_library import ClipInfo
+from datasets.motion.clip import SIMULATED_SUIT
 
 
 def clip_sampling_weights(clips: Sequence[ClipInfo], suit_share: float) -> np.ndarray:
@@ -12,13 +13,13 @@ def clip_sampling_weights(clips: Sequence[ClipInfo], suit_share: float) -> np.nd
 
     Args:
         clips: Clips of a library.
-        suit_share: Share of the draws for clips of system "imu_suit", if there are both kinds.
+        suit_share: Share of the draws for clips of simulated suits, if there are both kinds.
 
     Returns:
         Weights that sum to one, shape (clips,).
     """
     frames = np.array([clip.frames for clip in clips], dtype=float)
-    suited = np.array([clip.system == "imu_suit" for clip in clips])
+    suited = np.array([clip.system == SIMULATED_SUIT for clip in clips])
     if not suited.any() or suited.all():
         return frames / frames.sum()
     shares = np.where(suited, suit_share / frames[suited].sum(), (1.0 - suit_share) / frames[~suited].sum())

@@ -8,6 +8,7 @@ import numpy as np
 from datasets.motion.humanoid import BODY_COUNT
 from datasets.motion.skeleton import Skeleton
 
+SIMULATED_SUIT = "imu_suit"  # capture system of what a simulated IMU suit makes of a clip
 FPS = 60.0  # 1/s, frame rate of every reference
 
 

@@ -2,13 +2,11 @@
 
 from dataclasses import replace
 
-from agents.weights.pretrained import load_pretrained_root, reconstruct_root_on_ground
+from agents.weights.pretrained import POSE_ROOT_MODEL, load_pretrained_root, reconstruct_root_on_ground
 from datasets.cleanup.ground_levelling import is_floating
 from datasets.cleanup.off_feet_spans import OffFeetSpan, find_off_feet_spans
 from datasets.imu.root_features import ROOT_RATE_HZ
 from datasets.motion.clip import BodyMotion
-
-ROOT_MODEL = "root3d_pose"  # a BVH holds no accelerations
 
 
 def locate_root(recorded: BodyMotion) -> tuple[BodyMotion, list[OffFeetSpan]]:
@@ -29,7 +27,7 @@ def locate_root(recorded: BodyMotion) -> tuple[BodyMotion, list[OffFeetSpan]]:
 
 def reconstruct_missing_root(clip: BodyMotion) -> BodyMotion:
     """Return the clip with the root that Root3D reads from its poses, on the ground; itself if it is shorter than the model's window."""
-    model = load_pretrained_root(ROOT_MODEL)
+    model = load_pretrained_root(POSE_ROOT_MODEL)
     too_short = (len(clip) - 1) / clip.fps < (model.spec.window - 1) / ROOT_RATE_HZ
     # Not rooted: its heights drift, and whoever believed them would see stairs.
-    return clip if too_short else replace(reconstruct_root_on_ground(ROOT_MODEL, clip, level=False), rooted=False)
+    return clip if too_short else replace(reconstruct_root_on_ground(POSE_ROOT_MODEL, clip, level=False), rooted=False)

@@ -5,13 +5,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from agents.weights.pretrained import reconstruct_root_on_ground
+from agents.weights.pretrained import IMU_ROOT_MODEL, POSE_ROOT_MODEL, reconstruct_root_on_ground
 from datasets.imu.suit_simulation import SuitClip
 from datasets.library.sources import SourceMotion
-from datasets.motion.clip import BodyMotion
+from datasets.motion.clip import SIMULATED_SUIT, BodyMotion
 
-IMU_SYSTEMS = ("imu", "imu_suit")  # capture systems whose recordings are no ground truth, least of all their roots
-POSE_ROOT_MODEL, IMU_ROOT_MODEL = "root3d_pose", "root3d"  # shipped models for clips without accelerations, and with them
+IMU_SYSTEMS = ("imu", SIMULATED_SUIT)  # capture systems whose recordings are no ground truth, least of all their roots
 
 
 @dataclass(frozen=True)

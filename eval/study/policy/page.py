@@ -5,10 +5,11 @@ from dataclasses import asdict
 
 from envs.mimic.spec import MimicSpec
 from eval.pages.figures import figure, line
+from eval.recordings import TRAIN_FOLDER
 from eval.runs.training_curves import Curve
 from eval.study.framework.page import Group, Measure, Plot
 from eval.study.policy.scores import MEASURES, RECORDED_PREFIX
-from eval.study.policy.unseen_clips import TRAIN_FOLDER, UnseenClips
+from eval.study.policy.unseen_clips import UnseenClips
 from eval.study.policy.variants import DRECON, FULL, IMU, IMU_LARGE, MIXED, OPTICAL, OPTICAL_LARGE, OURS
 from trainers.algorithms.ppo_config import PpoConfig
 

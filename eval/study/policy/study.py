@@ -8,7 +8,7 @@ import torch
 from rich.console import Console
 from rich.progress import track
 
-from eval.recordings import TEST_FOLDERS, check_recordings
+from eval.recordings import TEST_FOLDERS, TRAIN_FOLDER, check_recordings
 from eval.runs.trained_run import load_run
 from eval.runs.training_curves import read_curves
 from eval.runs.training_pool import train_all
@@ -18,7 +18,7 @@ from eval.study.framework.trainings import schedule_training
 from eval.study.policy.findings import Finding, configuration_findings, mixture_findings
 from eval.study.policy.page import GROUPS, plot_training_curves, policy_notes
 from eval.study.policy.scores import Scores, data_size, score_policy
-from eval.study.policy.unseen_clips import TRAIN_FOLDER, UnseenClips, load_unseen_clips, split_half
+from eval.study.policy.unseen_clips import UnseenClips, load_unseen_clips, split_half
 from eval.study.policy.variants import CONFIGURATION, MIXTURE, UNTRAINED, Variant
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.data.training_motions import prepare_motions

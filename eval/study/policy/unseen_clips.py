@@ -7,12 +7,12 @@ from pathlib import Path
 from configs.errors import InputError
 from datasets.library.motion_library import ClipInfo, MotionLibrary
 from datasets.library.sources import find_motion_files, unique_names
+from datasets.motion.clip import SIMULATED_SUIT
 from eval.recordings import TEST_FOLDERS, TRAIN_FOLDER
 from trainers.data.motion_config import DataConfig
 from trainers.data.training_motions import PreparedMotions, prepare_motions
 from trainers.evaluation.evaluation_protocol import Rollouts, evaluation_rollouts
 
-SUIT = "imu_suit"
 Log = Callable[[str], None]
 
 
@@ -77,7 +77,7 @@ def link_half(whole: PreparedMotions, source: Path, folder: Path) -> None:
         source: Folder of recordings.
         folder: Folder of the links.
     """
-    wanted = choose_half(clip for clip in whole.training.clips if clip.system != SUIT)
+    wanted = choose_half(clip for clip in whole.training.clips if clip.system != SIMULATED_SUIT)
     wanted |= {clip.name.partition("#")[0] for clip in whole.holdout.clips}
     files = find_motion_files(source)
     folder.mkdir(parents=True, exist_ok=True)
@@ -106,7 +106,7 @@ def load_unseen_clips(data: Path, config: DataConfig, performers: set[str], cach
         tested = replace(config, motions=str((data / folder).resolve()), holdout="none")
         library = prepare_motions(tested, cache, log).training
         for suited in (True, False):
-            wanted = [clip.performer not in performers and (clip.system == SUIT) == suited for clip in library.clips]
+            wanted = [clip.performer not in performers and (clip.system == SIMULATED_SUIT) == suited for clip in library.clips]
             if not any(wanted):
                 raise InputError(f"{data / folder} holds no clip of a performer who is not in {TRAIN_FOLDER} too")
             chosen = library.select(wanted)
