@@ -17,3 +17,22 @@ napoleon_use_ivar = True  # attributes are documented in the class alone, not a 
 suppress_warnings = ["ref.python"]  # fields of one name in several classes
 html_theme = "alabaster"
 html_theme_options = {"page_width": "1100px", "fixed_sidebar": True}
+
+
+def _show_tables_as_text(app, what, name, obj, options, lines):  # noqa: ANN001, ANN202 (Sphinx's signature)
+    """Make Markdown tables in docstrings, such as that of ``AdaptMimic-v0``, literal blocks."""
+    inside = False
+    for index, line in reversed(list(enumerate(lines))):
+        starts = line.startswith("|")
+        if starts:
+            lines[index] = "    " + line
+        elif inside:
+            lines.insert(index + 1, "")
+            lines.insert(index + 1, "::")
+            lines.insert(index + 1, "")
+        inside = starts
+
+
+def setup(app):  # noqa: ANN001, ANN201 (Sphinx's signature)
+    """Connect the conversion."""
+    app.connect("autodoc-process-docstring", _show_tables_as_text)
