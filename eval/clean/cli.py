@@ -93,8 +93,8 @@ def _line(file: Path, out: Path, cleaned: CleaningResult, seconds: float) -> str
     """Return the line that is printed of a cleaned clip."""
     trusted = 100.0 * float(cleaned.confidence.mean())
     told = "".join(f"\n  {notice}" for notice in cleaned.notices)
-    began = f", began again {len(cleaned.restarts)} times" if cleaned.restarts else ""
-    return f"{file.name} -> {out}: {cleaned.before.seconds:.1f} s in {seconds:.1f} s; {trusted:.0f} % of it is physics{began}{told}"
+    restarted = f", restarted {len(cleaned.restarts)} times" if cleaned.restarts else ""
+    return f"{file.name} -> {out}: {cleaned.before.seconds:.1f} s in {seconds:.1f} s; {trusted:.0f} % of it is physics{restarted}{told}"
 
 
 def main(arguments: list[str] | None = None, prog: str = "python -m eval.clean") -> int:
