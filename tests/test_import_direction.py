@@ -30,7 +30,7 @@ LAYERS = {
     ],
     "envs": [{"physics"}, {"mimic"}, {""}],
     "agents": [{""}, {"policy", "root.networks"}, {"root", "lobstr"}, {"weights"}],
-    "trainers": [{"", "runs", "data"}, {"algorithms"}, {"collectors", "evaluation", "supervised"}, {"distributed"}, {"ppo"}],
+    "trainers": [{"", "runs"}, {"data"}, {"algorithms"}, {"collectors", "evaluation", "supervised"}, {"distributed"}, {"ppo"}],
     "eval": [
         {"live", "metrics", "runs", "backends"},
         {"", "pages"},

@@ -3,8 +3,10 @@
 import csv
 import os
 import re
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -62,7 +64,11 @@ def load_clips(source: str | os.PathLike[str], mapping: JointMapping | None = No
 
 
 def load_source_motions(
-    source: str | os.PathLike[str], mapping: JointMapping | None = None, fps: float = FPS, seed: int = 0
+    source: str | os.PathLike[str],
+    mapping: JointMapping | None = None,
+    fps: float = FPS,
+    seed: int = 0,
+    progress: Callable[[Sequence[Any]], Iterable[Any]] = iter,
 ) -> list[SourceMotion]:
     """Return the clips of a motion source, with the accelerations that an MVNX file holds.
 
@@ -71,6 +77,7 @@ def load_source_motions(
         mapping: Known joints, unit and axes of all the files; the rest is detected.
         fps: Frame rate of the returned clips [1/s].
         seed: Seed of synthetic motion.
+        progress: Wraps the loop over the files, such as a progress bar.
 
     Returns:
         Clips on the 20 bodies with unique names, credited by the ``motions.csv`` of the folder or of one above it.
@@ -85,7 +92,7 @@ def load_source_motions(
     paths = find_motion_files(source)
     names, index = unique_names(paths), read_index(paths[0])
     recordings = []
-    for path, name in zip(paths, names, strict=True):
+    for path, name in progress(list(zip(paths, names, strict=True))):
         one, by = _read(path, mapping, fps), credit(path, index)
         system = "imu" if one.accelerations is not None else by.system
         recordings.append(replace(one, clip=replace(one.clip, name=name, performer=by.performer, system=system, kind=by.kind)))

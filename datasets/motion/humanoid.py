@@ -6,7 +6,6 @@ male), with the torso's share divided among spine, chest and collars.
 """
 
 from dataclasses import dataclass
-from itertools import pairwise
 from warnings import catch_warnings
 
 import numpy as np
@@ -117,6 +116,7 @@ LEG_LENGTH = 0.42 + 0.41  # m, thigh and shin
 HINGES: tuple[tuple[int, str], ...] = tuple((b, axis) for b, body in enumerate(BODIES) for axis in body.hinges)
 HINGE_COUNT = len(HINGES)  # 43
 HINGE_NAMES: tuple[str, ...] = tuple(f"{BODY_NAMES[b]}_{axis}" for b, axis in HINGES)
+_TURN = 2 * np.pi  # rad
 _AXES = {"x": np.array([1.0, 0.0, 0.0]), "y": np.array([0.0, 1.0, 0.0]), "z": np.array([0.0, 0.0, 1.0])}
 
 
@@ -157,16 +157,26 @@ def _unwrap_triples(triples: np.ndarray, parity: float) -> np.ndarray:
     In gimbal lock only the sum of the first and the last angle is known, or their difference, depending on ``parity``: +1 where
     the axes are in cyclic order and -1 otherwise. There the last angle keeps still.
     """
-    out = triples.copy()
-    for before, now in pairwise(range(len(triples))):
-        first, middle, last = triples[now]
-        if abs(np.cos(middle)) < GIMBAL_LOCK_COSINE:
-            kept = out[before, 2]
-            first, last = first + parity * np.sign(middle) * (last - kept), kept
-        candidates = np.array([(first, middle, last), (first + np.pi, np.pi - middle, last + np.pi)])
-        candidates += 2 * np.pi * np.round((out[before] - candidates) / (2 * np.pi))
-        out[now] = candidates[np.argmin(np.sum((candidates - out[before]) ** 2, axis=1))]
-    return out
+    locked = (np.abs(np.cos(triples[:, 1])) < GIMBAL_LOCK_COSINE).tolist()
+    out = triples[:1].tolist()
+    for (first, middle, last), in_lock in zip(
+        triples[1:].tolist(), locked[1:], strict=True
+    ):  # plain numbers: the array calls took ten times as long
+        before = out[-1]
+        if in_lock:
+            first, last = first + parity * np.sign(middle) * (last - before[2]), before[2]
+        same, other = (
+            [angle + _TURN * round((near - angle) / _TURN) for angle, near in zip(candidate, before, strict=True)]
+            for candidate in ((first, middle, last), (first + np.pi, np.pi - middle, last + np.pi))
+        )
+        out.append(other if _squared_distance(other, before) < _squared_distance(same, before) else same)
+    return np.array(out).reshape(triples.shape)
+
+
+def _squared_distance(one: list[float], other: list[float]) -> float:
+    """Return the squared distance of two triples."""
+    x, y, z = (a - b for a, b in zip(one, other, strict=True))
+    return x * x + y * y + z * z
 
 
 def rotations_from_hinges(root_rotation: np.ndarray, angles: np.ndarray) -> np.ndarray:

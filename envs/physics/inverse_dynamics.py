@@ -5,6 +5,9 @@ swings lags behind. The torques of a clip can be computed beforehand; fed forwar
 to the policy what cannot be: balance.
 """
 
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
 import mujoco
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -26,10 +29,15 @@ PLANNED_FRICTION = 0.8  # well below the model's: forces near the limit would sl
 _EDGES = np.array([[x, y, 1.0] for x, y in PLANNED_FRICTION * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])])  # of the friction pyramid
 
 
-def with_feed_forward(library: MotionLibrary) -> MotionLibrary:
-    """Return the library with the angles of ``compute_feed_forward`` for each clip."""
+def with_feed_forward(library: MotionLibrary, progress: Callable[[Sequence[Any]], Iterable[Any]] = iter) -> MotionLibrary:
+    """Return the library with the angles of ``compute_feed_forward`` for each clip.
+
+    Args:
+        library: Packed clips.
+        progress: Wraps the loop over the clips, such as a progress bar.
+    """
     parts = [slice(clip.start, clip.start + clip.frames) for clip in library.clips]
-    found = [compute_feed_forward(library.start_pose[part], library.start_vel[part], library.fps) for part in parts]
+    found = [compute_feed_forward(library.start_pose[part], library.start_vel[part], library.fps) for part in progress(parts)]
     return type(library).from_arrays(library.clips, library.arrays() | {"feed_forward": np.concat(found).astype(np.float32)}, library.fps)
 
 

@@ -20,6 +20,7 @@ from envs.physics.inverse_dynamics import with_feed_forward
 from trainers.data.motion_cache import PreparedClips, prepare_cached
 from trainers.data.motion_config import CLEAN, RECONSTRUCTED, DataConfig
 from trainers.data.root_source import IMU_SYSTEMS, RootSource
+from trainers.runs.run_log import progress_bar
 
 MIN_CLIP_S = 1.0  # s; nothing can be learnt from shorter clips
 
@@ -73,7 +74,7 @@ def prepare_motions(config: DataConfig, cache: Path, log: Callable[[str], None])
 def build_library(config: DataConfig, log: Callable[[str], None]) -> MotionLibrary:
     """Return all clips of a source with their simulated suit recordings, packed."""
     mapping = read_mapping(config.mapping) if config.mapping else None
-    recorded = load_source_motions(config.motions, mapping, seed=config.seed)
+    recorded = load_source_motions(config.motions, mapping, seed=config.seed, progress=progress_bar("reading clips"))
     for people in range(1, config.synthetic_sets + 1):
         recorded += [
             SourceMotion(replace(clip, name=f"{clip.name}_{people}")) for clip in load_clips(SYNTHETIC_SOURCE, seed=config.seed + people)
@@ -95,13 +96,14 @@ def build_library(config: DataConfig, log: Callable[[str], None]) -> MotionLibra
     if config.mirror:
         twins = [mirror_motion(clip) for clip in clips]
         clips, clean = [*clips, *twins], [*clean, *twins[: len(usable)], *map(mirror_motion, clean_clips)]
-    return with_feed_forward(MotionLibrary.from_clips(clips, clean, config.reward_target == CLEAN))
+    library = MotionLibrary.from_clips(clips, clean, config.reward_target == CLEAN)
+    return with_feed_forward(library, progress_bar("torques of the clips"))
 
 
 def simulate_suits(clips: list[BodyMotion], config: DataConfig, roots: RootSource) -> tuple[list[BodyMotion], list[BodyMotion]]:
     """Return recordings of clean clips through simulated suits, and for each of them the clean clip behind it."""
     suited, clean_clips = [], []
-    for index, clip in enumerate(clips):
+    for index, clip in enumerate(progress_bar("recordings through simulated suits")(clips)):
         for take in range(config.suit_clips):
             seed = int(np.random.SeedSequence((config.seed, index, take)).generate_state(1)[0])
             faulty = roots.apply_to_suit(simulate_suit(clip, seed=seed, severity=config.suit_severity))

@@ -3,11 +3,13 @@
 import logging
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
+from rich.progress import track
 from torch.utils.tensorboard import SummaryWriter
 
 from configs.source_code import PROJECT_ROOT
@@ -20,6 +22,12 @@ def make_console() -> Console:
     """Return the console of a run; wide enough not to fold lines where there is no terminal."""
     console = Console(highlight=False)
     return console if console.is_terminal else Console(highlight=False, width=200)
+
+
+def progress_bar(title: str) -> Callable[[Sequence[Any]], Iterable[Any]]:
+    """Return what iterates over a sequence under a progress bar that goes when it is done; nothing is drawn where there is no terminal."""
+    console = make_console()
+    return lambda items: track(items, title, console=console, transient=True, disable=not console.is_terminal)
 
 
 def commit_of_code() -> str:
