@@ -21,7 +21,7 @@ from eval.benchmark.contacts.measurement import ContactRecording, GroundContact,
 from eval.benchmark.contacts.model_variants import HALF_TIME_STEP, IN_USE, PREVIOUS, VARIANT_BY_TIME_STEP_S, VARIANTS, ModelVariant
 from eval.benchmark.contacts.plot import draw_contacts
 from eval.benchmark.timing.interleaved import BenchmarkCase, BenchmarkResult, interleave, torch_threads
-from eval.recordings import TEST_CLIPS
+from eval.evaluation_recordings import TEST_CLIPS
 from trainers.algorithms.policy_file import load_policy
 from trainers.evaluation.evaluation_protocol import PolicyFn, zero_residual
 

@@ -6,6 +6,7 @@ from typing import ClassVar
 from configs.errors import require
 from configs.load import formerly
 from envs.mimic.spec import MimicSpec
+from trainers.algorithms.schedules import linear_schedule
 from trainers.data.motion_config import DataConfig
 from trainers.runs.run_config import RunConfig
 
@@ -118,11 +119,11 @@ class LearnerConfig:
 
     def action_std_at(self, progress: float) -> float:
         """Return the actions' standard deviation at a ``progress`` from 0 to 1."""
-        return self.action_std + progress * (self.final_action_std - self.action_std)
+        return linear_schedule(self.action_std, self.final_action_std, progress)
 
     def learning_rate_at(self, progress: float) -> float:
         """Return Adam's learning rate at a ``progress`` from 0 to 1."""
-        return self.learning_rate + progress * (self.final_learning_rate - self.learning_rate)
+        return linear_schedule(self.learning_rate, self.final_learning_rate, progress)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,6 +13,7 @@ from datasets.trackers.features import tracker_features
 from datasets.trackers.lower_body import LEG_JOINTS, ROTATION_6D_SIZE, from_rotation_6d, toe_positions
 from datasets.trackers.trackers import PELVIS_TRACKER
 from trainers.algorithms.learner_state import get_state, set_state
+from trainers.algorithms.schedules import exponential_schedule
 from trainers.supervised.lobstr_config import LobstrConfig
 from trainers.supervised.lobstr_data import LobstrData
 
@@ -49,7 +50,7 @@ class LobstrLearner:
 
     def learning_rate(self, progress: float) -> float:
         """Return Adam's learning rate at a ``progress`` from 0 to 1."""
-        return self.config.learning_rate * (self.config.final_learning_rate / self.config.learning_rate) ** progress
+        return exponential_schedule(self.config.learning_rate, self.config.final_learning_rate, progress)
 
     def update(self, progress: float) -> torch.Tensor:
         """Improve the network on one batch of random pieces; return its loss.

@@ -11,6 +11,7 @@ from agents.root.windows import window_features, window_targets
 from configs.errors import InputError
 from datasets.imu.root_features import ROOT_RATE_HZ, to_heading_frame
 from trainers.algorithms.learner_state import get_state, set_state
+from trainers.algorithms.schedules import linear_schedule
 from trainers.supervised.root_config import RootConfig
 from trainers.supervised.root_data import PackedClips, RootData
 
@@ -51,7 +52,7 @@ class RootLearner:
 
     def learning_rate(self, progress: float) -> float:
         """Return Adam's learning rate at a ``progress`` from 0 to 1."""
-        return self.config.learning_rate + progress * (self.config.final_learning_rate - self.config.learning_rate)
+        return linear_schedule(self.config.learning_rate, self.config.final_learning_rate, progress)
 
     def update(self, progress: float) -> torch.Tensor:
         """Improve the model on one batch of random windows; return its loss.

@@ -18,9 +18,9 @@ from datasets.retarget.performer_clip import performer_clip_from_bvh
 from datasets.retarget.retarget import retarget, retarget_with
 from datasets.retarget.transfer_back import from_performer_bvh
 from eval.clean.pipeline import CleaningPipeline
+from eval.evaluation_recordings import IMU_SUIT_CLIPS, TEST_FOLDERS
 from eval.metrics.artefact_tracks import sole_speeds
 from eval.metrics.artefacts import artefact_metrics, support_slide
-from eval.recordings import IMU_SUIT_CLIPS, TEST_FOLDERS
 from trainers.data.root_source import RootSource
 
 SUITS, REAL, CLEAN = "simulated suits", "real suits", "already clean clips"

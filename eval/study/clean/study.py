@@ -13,8 +13,8 @@ from rich.progress import track
 from agents.weights.pretrained import PRETRAINED_POLICY, WEIGHTS_FOLDER
 from configs.source_code import imported_files
 from eval.clean.pipeline import CleaningPipeline
+from eval.evaluation_recordings import IMU_SUIT_CLIPS, TEST_FOLDERS, check_recordings
 from eval.pages.output_files import write_whole
-from eval.recordings import IMU_SUIT_CLIPS, TEST_FOLDERS, check_recordings
 from eval.study.clean.cases import Case, CaseResult, all_cases, clean_case, result_from_json, result_to_json
 from eval.study.clean.findings import clean_findings
 from eval.study.clean.page import GROUPS, clean_notes, clean_plots

@@ -18,7 +18,7 @@ from datasets.trackers.calibration import TrackerCalibration, calibrate_trackers
 from datasets.trackers.lower_body import leg_rotations, toe_contacts, toe_positions
 from datasets.trackers.trackers import TRACKER_RATE_HZ, TrackerPoses, tracker_poses
 from datasets.trackers.virtual_user import draw_tracker_placement, simulate_t_pose, simulate_trackers
-from eval.recordings import TEST_FOLDERS
+from eval.evaluation_recordings import TEST_FOLDERS
 from eval.study.lobstr.variants import USER_HEIGHTS_CM
 
 SITTING_PERFORMERS = 1000, 2  # seed and number of synthetic performers who sit down: no recorded test clip does

@@ -10,7 +10,7 @@ from rich.progress import track
 
 from agents.lobstr.model import LobstrModel
 from agents.weights.pretrained import PRETRAINED_LOBSTR
-from eval.recordings import TEST_FOLDERS, TRAIN_FOLDER, check_recordings
+from eval.evaluation_recordings import TEST_FOLDERS, TRAIN_FOLDER, check_recordings
 from eval.runs.training_curves import read_curves
 from eval.runs.training_pool import train_all
 from eval.runs.training_spec import LOBSTR_PROGRAM, Training, run_name, training_cost

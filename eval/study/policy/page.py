@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 
 from envs.mimic.spec import MimicSpec
+from eval.evaluation_recordings import TRAIN_FOLDER
 from eval.pages.figures import figure, line
-from eval.recordings import TRAIN_FOLDER
 from eval.runs.training_curves import Curve
 from eval.study.framework.page import Group, Measure, Plot
 from eval.study.policy.scores import MEASURES, RECORDED_PREFIX

@@ -8,7 +8,7 @@ import torch
 from rich.console import Console
 from rich.progress import track
 
-from eval.recordings import TEST_FOLDERS, TRAIN_FOLDER, check_recordings
+from eval.evaluation_recordings import TEST_FOLDERS, TRAIN_FOLDER, check_recordings
 from eval.runs.trained_run import load_run
 from eval.runs.training_curves import read_curves
 from eval.runs.training_pool import train_all

@@ -8,7 +8,7 @@ from configs.errors import InputError
 from datasets.library.motion_library import ClipInfo, MotionLibrary
 from datasets.library.sources import find_motion_files, unique_names
 from datasets.motion.clip import SIMULATED_SUIT
-from eval.recordings import TEST_FOLDERS, TRAIN_FOLDER
+from eval.evaluation_recordings import TEST_FOLDERS, TRAIN_FOLDER
 from trainers.data.motion_config import DataConfig
 from trainers.data.training_motions import PreparedMotions, prepare_motions
 from trainers.evaluation.evaluation_protocol import Rollouts, evaluation_rollouts

@@ -10,8 +10,8 @@ from agents.root.path import FULL_ORDER, predict_root_path
 from agents.root.reconstruct import filter_path
 from agents.weights.pretrained import WEIGHTS_FOLDER
 from datasets.imu.root_features import root_frames
+from eval.evaluation_recordings import IMU_POSES, OPTICAL_POSES
 from eval.metrics.root_path import distance_ratio, drift, e_mse, stationary_path
-from eval.recordings import IMU_POSES, OPTICAL_POSES
 from eval.study.root.evaluation_takes import EvaluationTake, TakesByPose
 from eval.study.root.scores import Paths, Scores, score, trajectory_errors
 from eval.study.root.variants import MOTIONLESS, OWN_ROOT, WALK_CONTACTS, WALK_OWN_ROOT

@@ -14,7 +14,7 @@ from datasets.motion.clip import BodyMotion
 from datasets.motion.kinematics import body_poses, lowest_point_heights, resample
 from datasets.motion.rotation import heading
 from datasets.synthetic.clips import synthetic_clips
-from eval.recordings import IMU_POSES, OPTICAL_POSES, TEST_FOLDERS
+from eval.evaluation_recordings import IMU_POSES, OPTICAL_POSES, TEST_FOLDERS
 
 STAIR_PERFORMERS = 1000, 2  # seed and number of synthetic performers on stairs; trainings have the seeds from 0 on
 SUITS_PER_CLIP = 3  # simulated recordings of each clip

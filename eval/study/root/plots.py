@@ -7,7 +7,7 @@ import numpy as np
 
 from agents.root.path import FULL_ORDER
 from datasets.imu.root_features import ROOT_RATE_HZ
-from eval.recordings import IMU_POSES
+from eval.evaluation_recordings import IMU_POSES
 from eval.study.framework.page import Plot
 from eval.study.root.evaluate import ModelEvaluation
 from eval.study.root.evaluation_takes import SUITS_PER_CLIP, EvaluationTake, TakesByPose

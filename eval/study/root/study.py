@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.progress import track
 
 from agents.root.model import RootModel
-from eval.recordings import IMU_SUIT_CLIPS, SENSOR_WALK_FOLDER, TEST_FOLDERS, TRAIN_FOLDER, check_recordings
+from eval.evaluation_recordings import IMU_SUIT_CLIPS, SENSOR_WALK_FOLDER, TEST_FOLDERS, TRAIN_FOLDER, check_recordings
 from eval.runs.training_pool import train_all
 from eval.runs.training_spec import ROOT_PROGRAM, Training, run_name, training_cost
 from eval.study.framework.page import Row, Study, study_row

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from eval.recordings import IMU_POSES, OPTICAL_POSES
+from eval.evaluation_recordings import IMU_POSES, OPTICAL_POSES
 
 UNET, CNN = "u-net, all", "CNN, all"
 UNET_RWI, CNN_RWI = "u-net, run-walk-idle", "CNN, run-walk-idle"

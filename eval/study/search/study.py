@@ -21,9 +21,9 @@ from envs.physics.engine_interface import FRAMES_PER_STEP
 from eval.clean.samcon import RESIDUAL_SHARE, STEPS_PER_WINDOW, SamconSearch
 from eval.clean.simulate_clip import write_segment
 from eval.clean.stages import repair_kinematically
+from eval.evaluation_recordings import TEST_CLIPS
 from eval.metrics.artefact_tracks import distances_local
 from eval.metrics.artefacts import artefact_metrics
-from eval.recordings import TEST_CLIPS
 from eval.study.clean.cases import stance_skate
 from eval.study.framework.page import Group, Measure, Study, study_row
 from trainers.algorithms.policy_file import load_policy

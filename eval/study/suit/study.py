@@ -19,8 +19,8 @@ from datasets.library.sources import SYNTHETIC_SOURCE, load_clips
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_NAMES, GRAVITY_M_S2
 from datasets.motion.kinematics import body_poses, resample
+from eval.evaluation_recordings import IMU_SUIT_CLIPS, OPTICAL_WALK_FRAMES, SENSOR_WALK_FOLDER, WALK_SENSORS
 from eval.metrics.artefacts import artefact_metrics, mean_distance_local_mm, mean_distance_world_mm, support_slide
-from eval.recordings import IMU_SUIT_CLIPS, OPTICAL_WALK_FRAMES, SENSOR_WALK_FOLDER, WALK_SENSORS
 
 COMPARED_MEASURES = ("foot_skate", "support_slide", "floating", "ground_penetration", "self_penetration", "jitter")
 MAX_CLIP_S = 15.0  # part of each optical clip, so that long ones do not dominate

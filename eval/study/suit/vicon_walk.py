@@ -28,7 +28,7 @@ from datasets.motion.humanoid import BODY_NAMES, SKELETON
 from datasets.motion.rotation import from_yaw, heading, rotate
 from datasets.retarget.performer_clip import load_performer_bvh
 from datasets.retarget.retarget import retarget
-from eval.recordings import IMU_SUIT_CLIPS, OPTICAL_WALK_FRAMES, SENSOR_WALK_FOLDER, WALK_SENSORS
+from eval.evaluation_recordings import IMU_SUIT_CLIPS, OPTICAL_WALK_FRAMES, SENSOR_WALK_FOLDER, WALK_SENSORS
 
 VICON_LEAD_FRAMES = 2  # by which Vicon's frames are ahead of the suit's
 UPPER_SHINS = {"shin_l": "000_00B40BA5", "shin_r": "000_00B40C35"}  # sensors below the knee; those of WALK_SENSORS are at the ankle

@@ -13,7 +13,7 @@ from eval.benchmark import contact as benchmark_contact
 from eval.benchmark.contact import choose_clips, measure_contact
 from eval.benchmark.contacts.measurement import GroundContact
 from eval.benchmark.contacts.model_variants import IN_USE, PREVIOUS, VARIANT_BY_TIME_STEP_S, VARIANTS
-from eval.recordings import TEST_CLIPS
+from eval.evaluation_recordings import TEST_CLIPS
 from tests.builders import posed
 from trainers.evaluation.evaluation_protocol import zero_residual
 

@@ -18,7 +18,7 @@ from datasets.motion.clip import BodyMotion
 from envs.mimic.spec import MimicSpec
 from eval.clean import samcon
 from eval.clean.pipeline import CleaningPipeline
-from eval.recordings import IMU_SUIT_CLIPS
+from eval.evaluation_recordings import IMU_SUIT_CLIPS
 from eval.study.clean import cases as clean_cases
 from eval.study.clean import study as clean_study
 from eval.study.clean.cases import CLEAN, REAL, SUITS, Case, CaseResult, clean_case, result_from_json, stance_skate

@@ -4,7 +4,7 @@ from importlib import import_module
 
 import pytest
 
-from eval.adapt_mimic import COMMANDS, main
+from eval.console_command import COMMANDS, main
 
 
 @pytest.mark.parametrize("name", COMMANDS)
