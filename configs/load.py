@@ -40,8 +40,7 @@ def load_config(cls: type[T], path: Path, overrides: list[str] | None = None) ->
     Raises:
         InputError: If the file is missing or no YAML, a key is unknown, or a value is bad.
     """
-    if not path.is_file() and path.parent in (Path(), Path(CONFIG_DIR.name)) and (CONFIG_DIR / path.name).is_file():
-        path = CONFIG_DIR / path.name  # the package's own, from wherever the command is called
+    path = _or_own(path)
     if not path.is_file():
         known = ", ".join(sorted(p.name for p in CONFIG_DIR.glob("*.yaml")))
         raise InputError(f"there is no config file {path}; the project's own in configs/ are {known}")
@@ -66,7 +65,7 @@ def load_config(cls: type[T], path: Path, overrides: list[str] | None = None) ->
 def read_value(path: Path, key: str) -> object:
     """Return the value of a top-level key of a YAML file; None if there is no such key, or no such file of YAML."""
     try:
-        written = OmegaConf.load(path)
+        written = OmegaConf.load(_or_own(path))
         return written.get(key) if isinstance(written, DictConfig) else None
     except (OSError, OmegaConfBaseException, YAMLError, ValueError):
         return None
@@ -83,6 +82,13 @@ def save_config(config: Any, path: Path) -> None:
             temporary.write_text(OmegaConf.to_yaml(OmegaConf.structured(config)))
     except OSError as error:
         raise InputError(f"{path} cannot be written: {error.strerror}; make room there, or name another folder") from None
+
+
+def _or_own(path: Path) -> Path:
+    """Return a path, or the package's own config of that name where there is no such file: commands are called from anywhere."""
+    own = CONFIG_DIR / path.name
+    named = path.parent in (Path(), Path(CONFIG_DIR.name))
+    return own if named and own.is_file() and not path.is_file() else path
 
 
 def _replace_old_keys(cls: Any, given: object, prefix: str, where: str) -> None:

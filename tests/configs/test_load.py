@@ -11,6 +11,8 @@ from configs.load import formerly, load_config, save_config
 from configs.source_code import PROJECT_ROOT
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.supervised.jobs import config_class
+from trainers.supervised.lobstr_config import LobstrConfig
+from trainers.supervised.root_config import RootConfig
 
 CONFIGS = sorted((PROJECT_ROOT / "configs").glob("*.yaml"))
 
@@ -133,3 +135,16 @@ def test_unknown_key_of_the_real_config_is_named(tmp_path: Path) -> None:
     path = written(tmp_path, "learner: {gama: 0.9}")
     with pytest.raises(InputError, match=r"unknown key 'learner\.gama', did you mean 'learner\.gamma'\?"):
         load_config(PpoConfig, path)
+
+
+@pytest.mark.parametrize("name", ["lobstr.yaml", "configs/lobstr.yaml"])
+def test_the_packages_own_configs_are_found_from_anywhere(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert config_class(Path(name)) is LobstrConfig  # told by the file's "learns"
+    assert load_config(LobstrConfig, Path(name)).name == "lobstr"
+    with pytest.raises(InputError, match=r"there is no config file elsewhere/lobstr\.yaml"):
+        load_config(LobstrConfig, Path("elsewhere/lobstr.yaml"))
+    own = tmp_path / name
+    own.parent.mkdir(exist_ok=True)
+    own.write_text("learns: root\n")
+    assert config_class(Path(name)) is RootConfig  # a user's own file of that name comes first
