@@ -118,23 +118,25 @@ def test_every_room_has_its_layer() -> None:
     assert all((PROJECT_ROOT / package / room.replace(".", "/") / "__init__.py").is_file() for package, room in listed)
 
 
-def test_rooms_import_only_from_layers_below() -> None:
+@pytest.fixture(scope="module")
+def imports() -> dict[Path, set[Path]]:
+    """Return for each module the modules that it imports."""
     files = set(own_files())
+    return {file: files.intersection(direct_imports(file)) for file in sorted(files)}
+
+
+def test_rooms_import_only_from_layers_below(imports: dict[Path, set[Path]]) -> None:
     wrong = [
         f"{file.relative_to(PROJECT_ROOT)} imports {imported.relative_to(PROJECT_ROOT)}"
-        for file in sorted(files)
-        for imported in direct_imports(file)
-        if imported in files and not may_import(room_of(file), room_of(imported))
+        for file, found in imports.items()
+        for imported in sorted(found)
+        if not may_import(room_of(file), room_of(imported))
     ]
     assert not wrong, "\n".join(wrong)
 
 
-def test_imports_run_in_no_circle() -> None:
-    files = set(own_files())
-    graph = {
-        file: {imported for imported in direct_imports(file) if imported in files and imported.name != "__init__.py"} for file in files
-    }
-    list(TopologicalSorter(graph).static_order())  # raises CycleError
+def test_imports_run_in_no_circle(imports: dict[Path, set[Path]]) -> None:
+    list(TopologicalSorter(imports).static_order())  # raises CycleError
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,6 @@
 """Description of motion files, their retargeting and floor calibration: ``python -m datasets.describe PATH``."""
 
 import argparse
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -173,7 +172,3 @@ def _run(options: argparse.Namespace) -> None:
     if not console.is_terminal:
         console = Console(width=max(console.width, MIN_WIDTH))
     console.print(table(described))
-
-
-if __name__ == "__main__":
-    sys.exit(main())

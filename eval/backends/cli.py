@@ -1,7 +1,6 @@
 """Comparison of mujoco-warp with MuJoCo: ``python -m eval.backends [--device cuda]``; docs/gpu.md lists known differences."""
 
 import argparse
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -75,7 +74,3 @@ def episodes_table(played: dict[str, EpisodePairs], device: str) -> Table:
             means = (f"{metrics[name].mean():.3f}" for metrics in pairs)
             table.add_row(who, name, *means, f"{difference:+.3f}", f"{error:.3f}")
     return table
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -76,7 +75,3 @@ def _measure(options: argparse.Namespace) -> BenchmarkResult:
     with Progress(console=Console(stderr=True), transient=True) as progress:
         task = progress.add_task(f"benchmark {options.name}", total=options.rounds + 1)
         return BENCHMARKS[options.name](options.motions, options.rounds, lambda: progress.advance(task))
-
-
-if __name__ == "__main__":
-    sys.exit(main())

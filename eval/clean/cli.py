@@ -1,7 +1,6 @@
 """Cleans motion capture: ``python -m eval.clean IN.bvh --out OUT.bvh [--report DIR]``, or a folder of BVH files into another."""
 
 import argparse
-import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -118,7 +117,3 @@ def _run(options: argparse.Namespace) -> None:
     torch.set_num_threads(options.threads)
     mapping = read_mapping(options.mapping) if options.mapping else None
     clean_files(options.source, options.out, options.report, CleaningPipeline.load(options.threads, options.policy), mapping)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

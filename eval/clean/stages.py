@@ -49,13 +49,14 @@ def simulate_grounded_spans(
         off_feet: Spans off level ground.
         threads: Native threads.
     """
-    edges = np.flatnonzero(np.diff(np.concat([[True], frame_mask(off_feet, len(clip)), [True]]).astype(int)))
+    excluded = frame_mask(off_feet, len(clip))
+    edges = np.flatnonzero(np.diff(np.concat([[True], excluded, [True]]).astype(int)))
     simulated = without_simulation(clip)
     for start, stop in edges.reshape(-1, 2):
         if policy is not None and stop - start >= MIN_SIMULATED_FRAMES:
             part = simulate_clip(policy, spec, clip.cut(start, stop), threads, (start > 0, stop < len(clip)))
             simulated = _splice(simulated, part, start, stop)
-    kinematic_contacts = detect_foot_contacts(simulated.motion) & ~frame_mask(off_feet, len(clip))[:, None]
+    kinematic_contacts = detect_foot_contacts(simulated.motion) & ~excluded[:, None]
     contacts = np.where((simulated.confidence >= SIMULATED_CONFIDENCE)[:, None], simulated.contacts, kinematic_contacts)
     return simulated._replace(motion=remove_self_penetration(simulated.motion), contacts=contacts)
 

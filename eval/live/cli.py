@@ -5,7 +5,6 @@ import asyncio
 import gc
 import os
 import signal
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -136,7 +135,3 @@ async def _listen(server: LiveServer, page: LivePage | None, options: argparse.N
 def _reason(error: OSError) -> str:
     """Return the system's message, without the words that asyncio adds."""
     return os.strerror(error.errno) if error.errno and error.errno > 0 else str(error.strerror)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import sys
 import time
 from pathlib import Path
 
@@ -86,7 +85,3 @@ def main(arguments: list[str] | None = None, prog: str = "python -m eval.report"
 def _run(options: argparse.Namespace) -> None:
     check_writable(options.out)
     write_report(load_run(options.run), options.out, options.motions, make_console())
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -51,7 +50,3 @@ def _run(options: argparse.Namespace) -> None:
     first = study.groups[0] if study.groups else Group("", "", {})
     print(study_text(study.table, first.measures, first.rows))
     print(f"study: {options.out / 'index.html'} and {options.out / 'study.json'}")
-
-
-if __name__ == "__main__":
-    sys.exit(main())

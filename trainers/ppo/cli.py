@@ -1,6 +1,5 @@
 """Trains a mimicking policy: ``python -m trainers.ppo --config configs/mixed.yaml [key.sub=value ...] [--resume]``."""
 
-import sys
 import time
 from pathlib import Path
 
@@ -61,7 +60,3 @@ def main(arguments: list[str] | None = None, prog: str = "python -m trainers.ppo
     """Run the command line; return the exit code."""
     description = "Train a policy that mimics motion under physics."
     return run_training(prog, description, "configs/mixed.yaml", lambda _: PpoConfig, train, arguments)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

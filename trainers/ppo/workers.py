@@ -5,7 +5,6 @@ from contextlib import contextmanager
 from typing import NamedTuple
 
 import numpy as np
-import torch
 
 from datasets.library.motion_library import MotionLibrary
 from envs.physics.mujoco_warp import import_warp
@@ -22,16 +21,14 @@ from trainers.runs.device import resolve_device
 
 
 class Backend(NamedTuple):
-    """Placement of a run's simulation and learning.
+    """Engine of a run, and what its log says of it.
 
     Attributes:
         simulator: Name of the engine in checkpoints: "cpu", or "warp on" a device.
-        device: Device of the learner as far as this machine decides it; a cluster's learner finds its own.
         notices: Lines for the log.
     """
 
     simulator: str
-    device: torch.device
     notices: tuple[str, ...] = ()
 
 
@@ -41,13 +38,13 @@ def choose_backend(config: PpoConfig) -> Backend:
     Raises:
         InputError: If this machine lacks what the config asks for.
     """
-    device = resolve_device("auto" if config.ray.address else config.device)
+    device = resolve_device("auto" if config.ray.address else config.device)  # a cluster's learner finds its own
     if config.physics == "cpu":
-        return Backend("cpu", device)
+        return Backend("cpu")
     import_warp(device)
     compiling = f"worlds, policy and learner on {device}; compiling the engine, which takes minutes the first time on a machine"
     idle = f"collect.actors={config.collect.actors} is not looked at: with physics=warp this process collects"
-    return Backend(f"warp on {device}", device, (compiling, idle) if config.collect.actors else (compiling,))
+    return Backend(f"warp on {device}", (compiling, idle) if config.collect.actors else (compiling,))
 
 
 @contextmanager

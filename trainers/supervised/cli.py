@@ -1,6 +1,5 @@
 """Supervised trainings: ``python -m trainers.supervised --config configs/root3d.yaml [key.sub=value ...] [--resume]``."""
 
-import sys
 import time
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -147,7 +146,3 @@ def main(arguments: list[str] | None = None, prog: str = "python -m trainers.sup
     """Run the command line; return the exit code."""
     description = "Train a network that gives clips a root, or one that gives trackers a lower body."
     return run_training(prog, description, "configs/root3d.yaml", config_class, train, arguments)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,6 +1,5 @@
 """Training of root models on a small scale: it learns, stops, resumes and says what is wrong."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +12,7 @@ from configs.errors import InputError
 from configs.source_code import PROJECT_ROOT
 from datasets.imu.sensor_model import BODY_COUNT
 from datasets.motion.clip import BodyMotion
-from tests.trainers.run_comparison import final_state, same
+from tests.trainers.run_comparison import final_state, same, stop_after
 from trainers.runs.checkpoint import Checkpoints
 from trainers.supervised import cli as supervised
 from trainers.supervised.root_config import RootConfig, RootDataConfig, RootLearnerConfig
@@ -69,18 +68,8 @@ def test_it_learns(tiny: RootConfig) -> None:
 def test_resumed_equals_uninterrupted(tiny: RootConfig, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = supervised.train(replace(tiny, name="whole"), resume=False)
 
-    class StopAfterThirty(supervised.StopSignal):
-        def __init__(self, say: Callable[[str], None]) -> None:
-            super().__init__(say)
-            self.asks = 0
-
-        @property
-        def is_requested(self) -> bool:  # type: ignore[override]
-            self.asks += 1
-            return self.asks > 30  # asked before each iteration: the thirtieth is the last
-
     with monkeypatch.context() as patch:
-        patch.setattr(supervised, "StopSignal", StopAfterThirty)
+        patch.setattr(supervised, "StopSignal", stop_after(30))
         parts = supervised.train(replace(tiny, name="parts"), resume=False)
     assert final_state(parts)["clock"]["iteration"] == 30
     supervised.train(replace(tiny, name="parts"), resume=True)

@@ -2,7 +2,6 @@
 
 import json
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from eval.study.lobstr.study import LobstrRun
 from eval.study.lobstr.variants import GRU, MAJORITY_CLASS, MEAN_POSE, PK, PRETRAINED, TRUTH, USER_HEIGHTS_CM, VARIANTS, P
 from tests.builders import as_bvh, lively
 from tests.eval.study.lobstr.lobstr_parts import network
+from tests.trainers.run_comparison import stop_after
 from trainers.supervised import cli as supervised
 from trainers.supervised.lobstr_config import LobstrConfig
 
@@ -83,21 +83,6 @@ def few_steps(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     network().save(tmp_path / "lobstr.safetensors", {"frames": 1000, "hours": 0.5})
 
 
-class StopAfterOne(supervised.StopSignal):
-    """A training is asked to stop after its first update."""
-
-    def __init__(self, say: Callable[[str], None]) -> None:
-        """Count the looks."""
-        super().__init__(say)
-        self.looks = 0
-
-    @property
-    def is_requested(self) -> bool:  # type: ignore[override]
-        """Whether it is time to stop."""
-        self.looks += 1
-        return self.looks > 1
-
-
 def test_an_interrupted_study_goes_on_and_leaves_its_tables(
     few_steps: None, recordings: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -109,7 +94,7 @@ def test_an_interrupted_study_goes_on_and_leaves_its_tables(
             started.append((training.name, resume))
             with monkeypatch.context() as patch:
                 if len(started) == 2:  # the second training is interrupted
-                    patch.setattr(supervised, "StopSignal", StopAfterOne)
+                    patch.setattr(supervised, "StopSignal", stop_after(1))
                 supervised.train(training.resolve_config(), resume)
             if len(started) == 2:
                 raise KeyboardInterrupt

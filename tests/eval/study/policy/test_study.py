@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from eval.study.policy.study import PolicyRun
 from eval.study.policy.unseen_clips import UnseenClips, choose_half, link_half
 from eval.study.policy.variants import CONFIGURATION, IMU, IMU_LARGE, MIXED, MIXTURE, OPTICAL, OURS, UNTRAINED
 from tests.builders import as_bvh, posed
+from tests.trainers.run_comparison import stop_after
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.data.training_motions import PreparedMotions
 from trainers.evaluation.evaluation_protocol import Rollouts
@@ -150,21 +151,6 @@ def few_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(policy_study, "COMMON_OVERRIDES", (*policy_study.COMMON_OVERRIDES, *TINY))
 
 
-class StopAfterOne(ppo.StopSignal):
-    """A training is asked to stop after its first iteration."""
-
-    def __init__(self, say: Callable[[str], None]) -> None:
-        """Count the looks."""
-        super().__init__(say)
-        self.looks = 0
-
-    @property
-    def is_requested(self) -> bool:  # type: ignore[override]
-        """Whether it is time to stop."""
-        self.looks += 1
-        return self.looks > 1
-
-
 def check_study(out: Path, name: str, rows: Sequence[str]) -> None:
     study = json.loads((out / "study.json").read_text())
     assert study["study"] == name
@@ -189,7 +175,7 @@ def test_an_interrupted_study_goes_on(few_steps: None, recordings: Path, tmp_pat
             started.append((training.name, resume))
             with monkeypatch.context() as patch:
                 if len(started) == 2:  # the second training is interrupted
-                    patch.setattr(ppo, "StopSignal", StopAfterOne)
+                    patch.setattr(ppo, "StopSignal", stop_after(1))
                 ppo.train(training.resolve_config(), resume)
             if len(started) == 2:
                 raise KeyboardInterrupt
