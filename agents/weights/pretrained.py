@@ -4,6 +4,8 @@ from functools import cache
 
 import numpy as np
 
+from agents.restore.model import RestoreModel
+from agents.restore.restore import Restoration, restore_poses
 from agents.root.model import RootModel
 from agents.root.reconstruct import reconstruct_root
 from configs.source_code import PROJECT_ROOT
@@ -13,6 +15,7 @@ from datasets.motion.kinematics import place_on_ground
 WEIGHTS_FOLDER = PROJECT_ROOT / "agents" / "weights"
 PRETRAINED_POLICY = WEIGHTS_FOLDER / "mimic.safetensors"
 PRETRAINED_LOBSTR = WEIGHTS_FOLDER / "lobstr.safetensors"
+PRETRAINED_RESTORE = WEIGHTS_FOLDER / "restore.safetensors"
 IMU_ROOT_MODEL = "root3d"  # for clips with a suit's accelerations
 POSE_ROOT_MODEL = "root3d_pose"  # for clips without
 
@@ -41,3 +44,18 @@ def reconstruct_root_on_ground(name: str, clip: BodyMotion, accelerations: np.nd
             stage of its own, recorded and reconstructed roots alike.
     """
     return place_on_ground(reconstruct_root(load_pretrained_root(name), clip, accelerations, level=level))
+
+
+@cache
+def load_pretrained_restore() -> RestoreModel:
+    """Return the pretrained restoring network of the package."""
+    return RestoreModel.load(PRETRAINED_RESTORE)[0]
+
+
+def restore_suit_poses(clip: BodyMotion) -> Restoration:
+    """Return a suit's clip with the faults taken out of its poses by the package's restoring network; its root path is not touched.
+
+    Args:
+        clip: Clip of any rate and length.
+    """
+    return restore_poses(load_pretrained_restore(), clip)

@@ -5,12 +5,14 @@ import os
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from configs.errors import InputError
+from configs.process_pool import map_on_cores
 from datasets.imu.recording import read_imu_recording
 from datasets.imu.sensor_model import SENSOR_RATE_HZ
 from datasets.motion.clip import FPS, BodyMotion
@@ -58,9 +60,15 @@ class Credit:
     kind: str
 
 
-def load_clips(source: str | os.PathLike[str], mapping: JointMapping | None = None, fps: float = FPS, seed: int = 0) -> list[BodyMotion]:
+def load_clips(
+    source: str | os.PathLike[str],
+    mapping: JointMapping | None = None,
+    fps: float = FPS,
+    seed: int = 0,
+    progress: Callable[[Sequence[Any]], Iterable[Any]] = iter,
+) -> list[BodyMotion]:
     """Return the clips of a motion source; arguments and errors are those of ``load_source_motions``."""
-    return [one.clip for one in load_source_motions(source, mapping, fps, seed)]
+    return [one.clip for one in load_source_motions(source, mapping, fps, seed, progress)]
 
 
 def load_source_motions(
@@ -92,8 +100,8 @@ def load_source_motions(
     paths = find_motion_files(source)
     names, index = unique_names(paths), read_index(paths[0])
     recordings = []
-    for path, name in progress(list(zip(paths, names, strict=True))):
-        one, by = _read(path, mapping, fps), credit(path, index)
+    for path, name, one in zip(paths, names, map_on_cores(partial(_read, mapping=mapping, fps=fps), paths, progress), strict=True):
+        by = credit(path, index)
         system = "imu" if one.accelerations is not None else by.system
         recordings.append(replace(one, clip=replace(one.clip, name=name, performer=by.performer, system=system, kind=by.kind)))
     return recordings

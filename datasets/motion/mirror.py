@@ -7,15 +7,16 @@ from datasets.motion.humanoid import BODY_NAMES
 
 _PARTNERS = {"_l": "_r", "_r": "_l"}
 # Index of each body's counterpart on the other side; bodies in the middle are their own.
-_OTHER_SIDE = [BODY_NAMES.index(name[:-2] + _PARTNERS.get(name[-2:], name[-2:])) for name in BODY_NAMES]
+OTHER_SIDE = [BODY_NAMES.index(name[:-2] + _PARTNERS.get(name[-2:], name[-2:])) for name in BODY_NAMES]
+# A mirror at y = 0 keeps rotations about y and reverses those about x and z. At rest every body is its partner's mirror image.
+MIRRORED_QUATERNION = (1.0, -1.0, 1.0, -1.0)
 
 
 def mirror_motion(motion: BodyMotion) -> BodyMotion:
     """Return the clip mirrored at the plane y = 0: y becomes -y, and the sides of the body change places."""
-    # A mirror at y = 0 keeps rotations about y and reverses those about x and z. At rest every body is its partner's mirror image.
     return replace(
         motion,
         name=f"{motion.name}_mirrored",
         root_position=motion.root_position * [1.0, -1.0, 1.0],
-        local_rotations=motion.local_rotations[:, _OTHER_SIDE] * [1.0, -1.0, 1.0, -1.0],
+        local_rotations=motion.local_rotations[:, OTHER_SIDE] * MIRRORED_QUATERNION,
     )

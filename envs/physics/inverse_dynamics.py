@@ -6,6 +6,7 @@ to the policy what cannot be: balance.
 """
 
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from typing import Any
 
 import mujoco
@@ -13,6 +14,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import nnls
 
+from configs.process_pool import map_on_cores
 from datasets.library.motion_library import MotionLibrary
 from datasets.motion.humanoid import BODIES, FOOT_AND_TOE_BODIES
 from datasets.motion.kinematics import linear_velocity
@@ -37,8 +39,14 @@ def with_feed_forward(library: MotionLibrary, progress: Callable[[Sequence[Any]]
         progress: Wraps the loop over the clips, such as a progress bar.
     """
     parts = [slice(clip.start, clip.start + clip.frames) for clip in library.clips]
-    found = [compute_feed_forward(library.start_pose[part], library.start_vel[part], library.fps) for part in progress(parts)]
+    states = [(library.start_pose[part], library.start_vel[part]) for part in parts]
+    found = map_on_cores(partial(_feed_forward_of, fps=library.fps), states, progress)
     return type(library).from_arrays(library.clips, library.arrays() | {"feed_forward": np.concat(found).astype(np.float32)}, library.fps)
+
+
+def _feed_forward_of(states: tuple[np.ndarray, np.ndarray], fps: float) -> np.ndarray:
+    """Return the feed-forward angles of a clip given by its poses and velocities."""
+    return compute_feed_forward(*states, fps)
 
 
 def compute_feed_forward(poses: np.ndarray, velocities: np.ndarray, fps: float) -> np.ndarray:

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from configs.errors import InputError
+from configs.process_pool import available_cores
 from datasets.imu.suit_simulation import simulate_suit
 from datasets.library.sources import SYNTHETIC_SOURCE, load_clips
 from datasets.motion.clip import FPS, BodyMotion
@@ -23,7 +24,6 @@ from eval.benchmark.timing.interleaved import BenchmarkCase, BenchmarkResult, in
 from eval.clean.pipeline import CleaningPipeline
 from eval.clean.samcon import NUM_SAMPLES, SamconSearch
 from eval.clean.stages import repair_kinematically
-from trainers.runs.device import available_cores
 
 CLIP_S = 10  # duration of the clip
 SYNTHETIC_KIND = "turn"  # of synthetic motion: a walk with two bends, always on the ground

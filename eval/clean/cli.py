@@ -11,14 +11,14 @@ from rich.markup import escape
 from agents.weights.pretrained import PRETRAINED_POLICY
 from configs.errors import InputError
 from configs.exit_codes import run_command
+from configs.process_pool import available_cores
 from datasets.formats.bvh import read_bvh, write_bvh
 from datasets.library.sources import BVH_SUFFIX
 from datasets.retarget.joint_mapping import JointMapping, read_mapping
-from eval.clean.pipeline import CleaningPipeline
+from eval.clean.pipeline import STAGES, CleaningPipeline
 from eval.clean.report import write_clip_report, write_folder_report
 from eval.clean.result import CleaningResult
 from eval.pages.output_files import check_writable, reporting_write_errors
-from trainers.runs.device import available_cores
 from trainers.runs.run_log import make_console
 
 
@@ -104,6 +104,7 @@ def main(arguments: list[str] | None = None, prog: str = "python -m eval.clean")
     parser.add_argument("--report", type=Path, metavar="DIR", help="write a page with before and after there")
     parser.add_argument("--mapping", type=Path, metavar="FILE", help="YAML that names joints, unit or up axis, as in 'thigh_l: LeftUpLeg'")
     parser.add_argument("--policy", type=Path, metavar="FILE", default=PRETRAINED_POLICY, help="another policy than the package's")
+    parser.add_argument("--without", choices=STAGES, action="append", default=[], help="leave a stage out; may be given twice")
     parser.add_argument("--threads", type=int, metavar="N", default=available_cores(), help="cores to use (default: all, %(default)s here)")
     options = parser.parse_args(arguments)
     return run_command(lambda: _run(options))
@@ -116,4 +117,5 @@ def _run(options: argparse.Namespace) -> None:
         raise InputError(f"--threads {options.threads} should be 1 or more")
     torch.set_num_threads(options.threads)
     mapping = read_mapping(options.mapping) if options.mapping else None
-    clean_files(options.source, options.out, options.report, CleaningPipeline.load(options.threads, options.policy), mapping)
+    pipeline = CleaningPipeline.load(options.threads, options.policy).without(options.without)
+    clean_files(options.source, options.out, options.report, pipeline, mapping)

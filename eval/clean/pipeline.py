@@ -1,5 +1,6 @@
 """The cleaning pipeline, BVH in, clean BVH out: each stage is one line of ``CleaningPipeline.clean``."""
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple, Self
@@ -7,7 +8,8 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from agents.policy.policy import Policy
-from agents.weights.pretrained import PRETRAINED_POLICY
+from agents.restore.model import RestoreModel
+from agents.weights.pretrained import PRETRAINED_POLICY, load_pretrained_restore
 from datasets.cleanup.off_feet_spans import OffFeetSpan
 from datasets.cleanup.performer_foot_lock import lock_performer_feet
 from datasets.formats.bvh import Bvh
@@ -19,25 +21,32 @@ from datasets.retarget.retarget import retarget, retarget_with
 from datasets.retarget.transfer_back import to_performer_bvh, transfer_back
 from envs.mimic.spec import MimicSpec
 from eval.clean.believed_root import locate_root
+from eval.clean.misalignments import misalignment_notice
+from eval.clean.restored_poses import RestoredPoses, restore_clip
 from eval.clean.result import CleaningResult
 from eval.clean.simulate_clip import SimulatedClip
 from eval.clean.stages import frame_mask, repair_kinematically, simulate_grounded_spans
 from trainers.algorithms.policy_file import load_policy
 
+RESTORE, PHYSICS = "restore", "physics"
+STAGES = (RESTORE, PHYSICS)  # that can be left out
+
 
 @dataclass(frozen=True)
 class CleaningPipeline:
-    """The stages of cleaning with a policy.
+    """The stages of cleaning with a policy and a restoring network.
 
     Attributes:
         policy: Policy that was trained for ``spec``; None leaves physics out.
         spec: Variant of the mimicking task.
         threads: Native threads of the simulation.
+        restorer: Restoring network; None leaves the poses of suits as they were captured.
     """
 
     policy: Policy | None
     spec: MimicSpec
     threads: int
+    restorer: RestoreModel | None = None
 
     @classmethod
     def load(cls, threads: int, path: Path = PRETRAINED_POLICY) -> Self:
@@ -47,7 +56,12 @@ class CleaningPipeline:
             InputError: If there is no such file, or it holds no policy.
         """
         policy, _, spec = load_policy(path)
-        return cls(policy, spec, threads)
+        return cls(policy, spec, threads, load_pretrained_restore())
+
+    def without(self, stages: Collection[str]) -> Self:
+        """Return the pipeline without some of ``STAGES``."""
+        restorer = None if RESTORE in stages else self.restorer
+        return replace(self, restorer=restorer, policy=None if PHYSICS in stages else self.policy)
 
     def clean(
         self, bvh: Bvh, name: str, mapping: JointMapping | None = None, truth: BodyMotion | None = None
@@ -66,16 +80,19 @@ class CleaningPipeline:
         performer = performer_clip_from_bvh(bvh, name, mapping)  # own skeleton, in metres, Z up
         retargeted = retarget(performer)  # 20 bodies, own rate
         recorded = resample(retargeted.motion, FPS)
-        rooted, off_feet = locate_root(recorded)
-        repaired = repair_kinematically(rooted, off_feet)
-        simulated = simulate_grounded_spans(self.policy, self.spec, repaired, off_feet, self.threads)
+        poses = restore_clip(self.restorer, recorded)
+        rooted, off_feet = locate_root(poses.motion)
+        repaired = repair_kinematically(rooted, off_feet, poses.contacts)
+        simulated = simulate_grounded_spans(self.policy, self.spec, repaired, off_feet, self.threads, poses.contacts)
         at_own_rate = _to_recording_rate(simulated, off_feet, retargeted.motion)
         transferred = transfer_back(retargeted, at_own_rate.motion)  # own skeleton again
         output = lock_performer_feet(transferred, retargeted, at_own_rate.contacts, at_own_rate.level)
         cleaned = replace(resample(retarget_with(retargeted, output), FPS), name=name)
         restarts = tuple(start / FPS for start in simulated.segment_starts[1:])
-        notices = _notices(rooted is not recorded, off_feet)
-        result = CleaningResult(name, recorded, cleaned, simulated.contacts, simulated.confidence, restarts, notices, truth)
+        notices = (*_pose_notices(poses), *_root_notices(rooted is not poses.motion, off_feet))
+        result = CleaningResult(
+            name, recorded, cleaned, simulated.contacts, simulated.confidence, restarts, notices, poses.misalignments, truth
+        )
         return to_performer_bvh(bvh, performer, output), result
 
 
@@ -95,8 +112,13 @@ def _to_recording_rate(simulated: SimulatedClip, off_feet: list[OffFeetSpan], re
     return _ClipAtOwnRate(motion, simulated.contacts[nearest], ~frame_mask(off_feet, frames)[nearest])
 
 
-def _notices(reconstructed: bool, off_feet: list[OffFeetSpan]) -> tuple[str, ...]:
-    """Return what a person should know of a clip, one line each."""
+def _pose_notices(poses: RestoredPoses) -> tuple[str, ...]:
+    """Return what a person should know of the poses of a clip, if they were corrected."""
+    return () if poses.contacts is None else (misalignment_notice(poses.misalignments),)
+
+
+def _root_notices(reconstructed: bool, off_feet: list[OffFeetSpan]) -> tuple[str, ...]:
+    """Return what a person should know of a clip's root, one line each."""
     guessed = "The recording does not say where the pelvis went, or lets the figure hover; its path was reconstructed."
     rootless = [guessed] if reconstructed else []
     spans = [

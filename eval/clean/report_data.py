@@ -1,5 +1,6 @@
 """The numbers of a cleaned clip's report: ``report.json`` and ``frames.csv``."""
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -40,6 +41,7 @@ def collect_report_data(cleaned: CleaningResult) -> dict[str, Any]:
         "seams": list(cleaned.restarts),
         "contact_rule": contact_agreement(cleaned.contacts[cleaned.simulated], contacts_by_height(cleaned.after)[cleaned.simulated]),
         "most_changed": find_most_changed_frames(cleaned),
+        "misalignments": [asdict(one) for one in cleaned.misalignments],
         "notices": list(cleaned.notices),
     }
 

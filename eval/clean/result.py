@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from datasets.motion.clip import BodyMotion
+from eval.clean.misalignments import Misalignment
 
 SIMULATED_CONFIDENCE = 0.5  # from which on a frame counts as simulated: its contacts are the simulation's
 KEPT_CONFIDENCE = 0.05  # below which a frame has nothing of physics in it
@@ -23,6 +24,7 @@ class CleaningResult:
         confidence: Share of the simulation in each frame, 0 to 1; 0 where the repaired input was kept, shape (T,).
         restarts: Times at which the simulation began again [s].
         notices: Lines that a person should read.
+        misalignments: Segments whose sensors were clearly misaligned, the largest first; corrected.
         truth: Clean clip behind a simulated suit, where it is known.
     """
 
@@ -33,6 +35,7 @@ class CleaningResult:
     confidence: np.ndarray
     restarts: tuple[float, ...]
     notices: tuple[str, ...]
+    misalignments: tuple[Misalignment, ...] = ()
     truth: BodyMotion | None = None
 
     @property

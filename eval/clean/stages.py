@@ -8,6 +8,7 @@ from agents.policy.policy import Policy
 from datasets.cleanup.foot_contacts import detect_foot_contacts
 from datasets.cleanup.ground_levelling import level_to_ground
 from datasets.cleanup.off_feet_spans import OffFeetSpan
+from datasets.cleanup.plant_feet import plant_feet
 from datasets.motion.clip import BodyMotion
 from datasets.motion.smoothing import smooth_motion
 from envs.mimic.spec import MimicSpec
@@ -18,29 +19,25 @@ from eval.clean.simulate_clip import SimulatedClip, simulate_clip, without_simul
 MIN_SIMULATED_FRAMES = 60  # of a span that is worth simulating
 
 
-def repair_kinematically(clip: BodyMotion, off_feet: list[OffFeetSpan]) -> BodyMotion:
+def repair_kinematically(clip: BodyMotion, off_feet: list[OffFeetSpan], contacts: np.ndarray | None = None) -> BodyMotion:
     """Return the clip low-passed, on level ground and without self-penetration: the repairs that need no physics.
 
     Args:
         clip: Clip with a root, at 60 fps.
         off_feet: Spans off level ground, whose heights are carried along as they are.
+        contacts: Whether the left and the right foot stand, of a clip whose feet are to be planted, shape (T, 2).
     """
-    smooth = smooth_motion(clip)
-    frames = np.arange(len(clip))
-    ground = frames[~frame_mask(off_feet, len(clip))]
-    if len(ground):
-        lower = (level_to_ground(smooth).root_position - smooth.root_position)[:, 2]
-        offset = np.interp(frames, ground, lower[ground])
-        smooth = replace(smooth, root_position=smooth.root_position + offset[:, None] * (0.0, 0.0, 1.0))
-    return remove_self_penetration(smooth)
+    smooth, grounded = smooth_motion(clip), ~frame_mask(off_feet, len(clip))
+    placed = level_to_ground(smooth, grounded=grounded) if contacts is None else plant_feet(smooth, contacts, grounded)
+    return remove_self_penetration(placed)
 
 
 def simulate_grounded_spans(
-    policy: Policy | None, spec: MimicSpec, clip: BodyMotion, off_feet: list[OffFeetSpan], threads: int
+    policy: Policy | None, spec: MimicSpec, clip: BodyMotion, off_feet: list[OffFeetSpan], threads: int, contacts: np.ndarray | None = None
 ) -> SimulatedClip:
     """Return the clip simulated wherever it is on level ground.
 
-    Contacts are the simulation's loads where it is trusted, and detected by speed and height elsewhere.
+    Contacts are the simulation's loads where it is trusted, and elsewhere those given.
 
     Args:
         policy: Policy that was trained for ``spec``; None leaves physics out.
@@ -48,6 +45,7 @@ def simulate_grounded_spans(
         clip: Repaired clip at 60 fps.
         off_feet: Spans off level ground.
         threads: Native threads.
+        contacts: Whether the left and the right foot stand, shape (T, 2); detected by speed and height if None.
     """
     excluded = frame_mask(off_feet, len(clip))
     edges = np.flatnonzero(np.diff(np.concat([[True], excluded, [True]]).astype(int)))
@@ -56,9 +54,9 @@ def simulate_grounded_spans(
         if policy is not None and stop - start >= MIN_SIMULATED_FRAMES:
             part = simulate_clip(policy, spec, clip.cut(start, stop), threads, (start > 0, stop < len(clip)))
             simulated = _splice(simulated, part, start, stop)
-    kinematic_contacts = detect_foot_contacts(simulated.motion) & ~excluded[:, None]
-    contacts = np.where((simulated.confidence >= SIMULATED_CONFIDENCE)[:, None], simulated.contacts, kinematic_contacts)
-    return simulated._replace(motion=remove_self_penetration(simulated.motion), contacts=contacts)
+    kinematic = (detect_foot_contacts(simulated.motion) if contacts is None else contacts) & ~excluded[:, None]
+    found = np.where((simulated.confidence >= SIMULATED_CONFIDENCE)[:, None], simulated.contacts, kinematic)
+    return simulated._replace(motion=remove_self_penetration(simulated.motion), contacts=found)
 
 
 def frame_mask(spans: list[OffFeetSpan], frames: int) -> np.ndarray:

@@ -9,6 +9,7 @@ import torch
 from rich.console import Console
 
 from configs.exit_codes import run_command
+from configs.process_pool import available_cores
 from eval.metrics.tracking import summarise
 from eval.pages.output_files import check_writable, write_whole
 from eval.pages.render import INSTALL_HINT
@@ -22,7 +23,6 @@ from eval.report.videos import Video, render_videos, save_best_strip
 from eval.runs.trained_run import TrainedRun, load_run
 from eval.runs.training_curves import read_curves
 from trainers.data.motion_config import RECONSTRUCTED
-from trainers.runs.device import available_cores
 from trainers.runs.run_log import make_console
 
 

@@ -71,7 +71,7 @@ def choose_clips(config: DataConfig, card: dict[str, Any], motions: list[str] | 
     recorded, by_model = roots.apply_to_recordings(fit)
     suitable = [clip for clip in recorded if clip.system not in IMU_SYSTEMS]
     log(f"putting {len(suitable)} clips through simulated suits")
-    suited, truths = simulate_suits(suitable, DataConfig(), roots)
+    suited, truths = simulate_suits(suitable, DataConfig(root_source=config.root_source, restore=config.restore))
     seen = {clip.name: by for clip in recorded if (by := _seen_by(clip, card))}
     return EvaluationClips(source, recorded, suited, truths, left_out, by_model, seen)
 

@@ -12,9 +12,10 @@ from trainers.algorithms.ppo_config import PpoConfig
 from trainers.runs.checkpoint import load_newest
 from trainers.runs.progress import RunClock
 from trainers.supervised.lobstr_config import LobstrConfig
+from trainers.supervised.restore_config import RestoreConfig
 from trainers.supervised.root_config import RootConfig
 
-Config = TypeVar("Config", PpoConfig, RootConfig, LobstrConfig)
+Config = TypeVar("Config", PpoConfig, RootConfig, LobstrConfig, RestoreConfig)
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,7 @@ class TrainingProgram(Generic[Config]):
 
 ROOT_PROGRAM = TrainingProgram("trainers.supervised", RootConfig, "best/model.safetensors")
 LOBSTR_PROGRAM = TrainingProgram("trainers.supervised", LobstrConfig, "best/model.safetensors")
+RESTORE_PROGRAM = TrainingProgram("trainers.supervised", RestoreConfig, "best/model.safetensors")
 PPO_PROGRAM = TrainingProgram("trainers.ppo", PpoConfig, "best/policy.safetensors")
 
 

@@ -12,6 +12,7 @@ from eval.study.clean.study import clean_study
 from eval.study.framework.page import Group, Study, study_page, study_text
 from eval.study.lobstr.study import lobstr_study
 from eval.study.policy.study import configuration_study, mixture_study
+from eval.study.restore.study import restore_study
 from eval.study.root.study import root_study
 from eval.study.search.study import search_study
 from eval.study.suit.study import suit_study
@@ -21,6 +22,7 @@ STUDIES: dict[str, Callable[[Path, Path], Study]] = {
     "configuration": configuration_study,
     "lobstr": lobstr_study,
     "mixture": mixture_study,
+    "restore": restore_study,
     "root": root_study,
     "search": search_study,
     "suit": lambda data, out: Study(suit_study(data)),

@@ -42,6 +42,7 @@ class DataConfig(SourceConfig):
         reward_target: Clip of a pair (a simulated suit's clip and the clip it was made from) that is rewarded: "observed", the suit's
             (thesis), or "clean".
         mirror: Whether all clips are there a second time, left and right exchanged.
+        restore: Whether simulated suits' poses are restored by the package's network, as cleaning does, before they are imitated.
         root_source: Root of suits' clips and of clips without one: "recorded" as suit and file say, or "reconstructed" by the package's
             models.
     """
@@ -51,6 +52,7 @@ class DataConfig(SourceConfig):
     suit_severity: float = 1.0
     reward_target: str = formerly("rewarded", "observed")
     mirror: bool = False
+    restore: bool = True
     root_source: str = formerly("roots", "recorded")
 
     def __post_init__(self) -> None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from agents.weights.pretrained import IMU_ROOT_MODEL, POSE_ROOT_MODEL, reconstruct_root_on_ground
+from agents.weights.pretrained import IMU_ROOT_MODEL, POSE_ROOT_MODEL, reconstruct_root_on_ground, restore_suit_poses
 from datasets.imu.suit_simulation import SuitClip
 from datasets.library.sources import SourceMotion
 from datasets.motion.clip import SIMULATED_SUIT, BodyMotion
@@ -43,10 +43,18 @@ class RootSource:
             self.log(f"{len(names)} clips of IMU suits or without a root get theirs from {model}: {', '.join(names)}")
         return clips, models
 
-    def apply_to_suit(self, suit: SuitClip) -> BodyMotion:
-        """Return the faulty clip of a simulated suit with its root: the suit's own, or Root3D's from the suit's accelerations."""
-        if not self.reconstructed:
-            return suit.faulty
-        clip = reconstruct_root_on_ground(IMU_ROOT_MODEL, suit.faulty, suit.accelerations, level=True)
-        begin = np.append(suit.clean.root_position[0, :2], 0.0)
-        return replace(clip, root_position=clip.root_position + begin)
+
+def faulty_clip(suit: SuitClip, restored: bool, reconstructed: bool) -> BodyMotion:
+    """Return the faulty clip of a simulated suit as a policy is to follow it.
+
+    Args:
+        suit: Recording of a simulated suit.
+        restored: Whether the restoring network takes faults out of its poses.
+        reconstructed: Whether its root is Root3D's, from these poses and the suit's accelerations, instead of the suit's own.
+    """
+    clip = restore_suit_poses(suit.faulty).motion if restored else suit.faulty
+    if not reconstructed:
+        return clip
+    clip = reconstruct_root_on_ground(IMU_ROOT_MODEL, clip, suit.accelerations, level=True)
+    begin = np.append(suit.clean.root_position[0, :2], 0.0)
+    return replace(clip, root_position=clip.root_position + begin)

@@ -2,11 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from configs.errors import InputError
+from configs.process_pool import map_on_cores
 from datasets.imu.suit_simulation import simulate_suit
 from datasets.library.motion_library import MotionLibrary
 from datasets.library.sampling_weights import clip_sampling_weights
@@ -19,7 +21,7 @@ from datasets.retarget.joint_mapping import read_mapping
 from envs.physics.inverse_dynamics import with_feed_forward
 from trainers.data.motion_cache import PreparedClips, prepare_cached
 from trainers.data.motion_config import CLEAN, RECONSTRUCTED, DataConfig
-from trainers.data.root_source import IMU_SYSTEMS, RootSource
+from trainers.data.root_source import IMU_SYSTEMS, RootSource, faulty_clip
 from trainers.runs.run_log import progress_bar
 
 MIN_CLIP_S = 1.0  # s; nothing can be learnt from shorter clips
@@ -88,10 +90,11 @@ def build_library(config: DataConfig, log: Callable[[str], None]) -> MotionLibra
     log(
         f"{len(recorded)} clips, {given / 60:.1f} minutes; {seconds / 60:.1f} minutes in {len(usable)} pieces on flat ground, without jumps"
     )
-    suited, clean_clips = simulate_suits([clip for clip in usable if clip.system not in IMU_SYSTEMS], config, roots)
+    suited, clean_clips = simulate_suits([clip for clip in usable if clip.system not in IMU_SYSTEMS], config)
     if suited:
         by = "Root3D" if roots.reconstructed else "the suit's software"
-        log(f"{len(suited)} recordings through simulated IMU suits of severity {config.suit_severity:g}, roots by {by}")
+        poses = "restored poses" if config.restore else "poses as captured"
+        log(f"{len(suited)} recordings through simulated IMU suits of severity {config.suit_severity:g}: {poses}, roots by {by}")
     clips, clean = [*usable, *suited], [*usable, *clean_clips]
     if config.mirror:
         twins = [mirror_motion(clip) for clip in clips]
@@ -100,13 +103,20 @@ def build_library(config: DataConfig, log: Callable[[str], None]) -> MotionLibra
     return with_feed_forward(library, progress_bar("torques of the clips"))
 
 
-def simulate_suits(clips: list[BodyMotion], config: DataConfig, roots: RootSource) -> tuple[list[BodyMotion], list[BodyMotion]]:
+def simulate_suits(clips: list[BodyMotion], config: DataConfig) -> tuple[list[BodyMotion], list[BodyMotion]]:
     """Return recordings of clean clips through simulated suits, and for each of them the clean clip behind it."""
-    suited, clean_clips = [], []
-    for index, clip in enumerate(progress_bar("recordings through simulated suits")(clips)):
-        for take in range(config.suit_clips):
-            seed = int(np.random.SeedSequence((config.seed, index, take)).generate_state(1)[0])
-            faulty = roots.apply_to_suit(simulate_suit(clip, seed=seed, severity=config.suit_severity))
-            suited.append(replace(faulty, name=f"{faulty.name}{take + 1}") if take else faulty)
-            clean_clips.append(clip)
-    return suited, clean_clips
+    numbered = list(enumerate(clips))
+    takes = map_on_cores(partial(_suit_takes, config=config), numbered, progress_bar("recordings through simulated suits"))
+    return [faulty for of_clip in takes for faulty in of_clip], [clip for clip in clips for _ in range(config.suit_clips)]
+
+
+def _suit_takes(numbered: tuple[int, BodyMotion], config: DataConfig) -> list[BodyMotion]:
+    """Return the recordings of a clip, given with its number, through simulated suits."""
+    index, clip = numbered
+    takes = []
+    for take in range(config.suit_clips):
+        seed = int(np.random.SeedSequence((config.seed, index, take)).generate_state(1)[0])
+        suit = simulate_suit(clip, seed=seed, severity=config.suit_severity)
+        faulty = faulty_clip(suit, config.restore, config.root_source == RECONSTRUCTED)
+        takes.append(replace(faulty, name=f"{faulty.name}{take + 1}") if take else faulty)
+    return takes

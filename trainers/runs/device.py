@@ -36,11 +36,6 @@ def allow_tf32(device: torch.device) -> Iterator[None]:
         torch.set_float32_matmul_precision("highest")
 
 
-def available_cores() -> int:
-    """Return how many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 def device_name(device: torch.device) -> str:
     """Return the card's name, or the processor's with its cores."""
     if device.type == "cuda":

@@ -1,5 +1,6 @@
 """Supervised trainings: ``python -m trainers.supervised --config configs/root3d.yaml [key.sub=value ...] [--resume]``."""
 
+import json
 import time
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -121,7 +122,7 @@ def _training_identity(config: Config, data: Data) -> dict[str, object]:
     known_by_clips = ("motions", "mapping", "kinds", "test_performers")
     settings |= {f"data.{name}": value for name, value in asdict(config.data).items() if name not in known_by_clips}
     settings |= {f"learner.{name}": getattr(config.learner, name) for name in JOBS[config.learns].fixed_learner_settings}
-    return {**settings, "data.motions": data.identity}
+    return json.loads(json.dumps({**settings, "data.motions": data.identity}))  # as it comes back from a checkpoint: no tuples
 
 
 def _former_name(config: Config, name: str) -> str:

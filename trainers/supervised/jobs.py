@@ -8,13 +8,16 @@ from configs.load import read_value
 from trainers.supervised.lobstr_config import LobstrConfig
 from trainers.supervised.lobstr_data import LobstrData, prepare_lobstr_data
 from trainers.supervised.lobstr_learner import LobstrLearner
+from trainers.supervised.restore_config import RestoreConfig
+from trainers.supervised.restore_data import RestoreData, prepare_restore_data
+from trainers.supervised.restore_learner import RestoreLearner
 from trainers.supervised.root_config import RootConfig
 from trainers.supervised.root_data import RootData, prepare_root_data
 from trainers.supervised.root_learner import RootLearner
 
-Config = RootConfig | LobstrConfig
-Data = RootData | LobstrData
-Learner = RootLearner | LobstrLearner
+Config = RootConfig | LobstrConfig | RestoreConfig
+Data = RootData | LobstrData | RestoreData
+Learner = RootLearner | LobstrLearner | RestoreLearner
 
 
 @dataclass(frozen=True)
@@ -39,6 +42,7 @@ class Job:
 JOBS = {
     "root": Job(RootConfig, prepare_root_data, RootLearner, "windows", ("loss",)),
     "lower_body": Job(LobstrConfig, prepare_lobstr_data, LobstrLearner, "frames"),
+    "restore": Job(RestoreConfig, prepare_restore_data, RestoreLearner, "windows"),
 }
 
 

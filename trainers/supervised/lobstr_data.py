@@ -20,6 +20,7 @@ from datasets.synthetic.clips import synthetic_clips
 from datasets.trackers.lower_body import leg_rotations, to_rotation_6d, toe_contacts
 from datasets.trackers.trackers import TRACKER_RATE_HZ, tracker_poses
 from trainers.data.motion_cache import PreparedClips, prepare_cached
+from trainers.supervised.clip_selection import ClipSelection
 from trainers.supervised.lobstr_config import LobstrDataConfig
 from trainers.supervised.tempo_takes import load_ground_truth_clips, perform_take
 
@@ -43,17 +44,6 @@ class LobstrFrames(NamedTuple):
 
 
 @dataclass(frozen=True)
-class LobstrClips:
-    """Names, performers and frames of some of the clips."""
-
-    clips: tuple[ClipInfo, ...]
-
-    def window_starts(self, length: int) -> torch.Tensor:
-        """Return the first frames of all pieces of ``length`` frames that lie within one clip."""
-        return torch.cat([torch.arange(clip.start, clip.start + max(clip.frames - length + 1, 0)) for clip in self.clips])
-
-
-@dataclass(frozen=True)
 class LobstrData:
     """Motion that a run trains and selects on.
 
@@ -65,8 +55,8 @@ class LobstrData:
     """
 
     frames: LobstrFrames
-    training: LobstrClips
-    holdout: LobstrClips
+    training: ClipSelection
+    holdout: ClipSelection
     held_out: str
 
     @property
@@ -90,8 +80,8 @@ def prepare_lobstr_data(config: LobstrDataConfig, cache: Path, log: Callable[[st
     as_recorded = tuple(clip for clip, is_recorded in zip(clips, arrays[AS_RECORDED], strict=True) if is_recorded)
     held_out = resolve_holdout(as_recorded, config.holdout)
     frames = LobstrFrames(**{name: torch.from_numpy(arrays[name]) for name in LobstrFrames._fields})
-    training = LobstrClips(tuple(clip for clip in clips if clip.performer != held_out))
-    holdout = LobstrClips(tuple(clip for clip in as_recorded if held_out in ("none", clip.performer)))
+    training = ClipSelection(tuple(clip for clip in clips if clip.performer != held_out))
+    holdout = ClipSelection(tuple(clip for clip in as_recorded if held_out in ("none", clip.performer)))
     minutes = sum(clip.frames for clip in clips) / TRACKER_RATE_HZ / 60.0
     log(f"{len(clips)} performances, {minutes:.0f} minutes, of {len({clip.performer for clip in clips})} performers; held out: {held_out}")
     return LobstrData(frames, training, holdout, held_out)

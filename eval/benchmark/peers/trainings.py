@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 import torch
 
+from configs.process_pool import available_cores
 from datasets.library.motion_library import MotionLibrary
 from eval.benchmark.peers.bare_mujoco import BareBatch, ControlRecorder
 from eval.benchmark.peers.matmul_limit import MatrixProducts
@@ -19,7 +20,6 @@ from trainers.collectors.local_pool import RolloutPool
 from trainers.distributed.remote_learner import Learner
 from trainers.evaluation.evaluation_protocol import PolicyFn, evaluate_rollouts, evaluation_rollouts
 from trainers.ppo.workers import build_workers
-from trainers.runs.device import available_cores
 
 
 @dataclass(frozen=True)

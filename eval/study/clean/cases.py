@@ -21,7 +21,7 @@ from eval.clean.pipeline import CleaningPipeline
 from eval.evaluation_recordings import IMU_SUIT_CLIPS, TEST_FOLDERS
 from eval.metrics.artefact_tracks import sole_speeds
 from eval.metrics.artefacts import artefact_metrics, support_slide
-from trainers.data.root_source import RootSource
+from trainers.data.root_source import faulty_clip
 
 SUITS, REAL, CLEAN = "simulated suits", "real suits", "already clean clips"
 BEFORE, AS_READ, AFTER, TRUTH = "before", "as read", "after", "clean truth"
@@ -78,7 +78,7 @@ def all_cases(data: Path) -> list[Case]:
 
 def simulate_suit_with_root(clean: BodyMotion, seed: int) -> BodyMotion:
     """Return the clip of a simulated suit of the default severity, with the root that training libraries give it."""
-    return RootSource(True, lambda _: None).apply_to_suit(simulate_suit(clean, seed))
+    return faulty_clip(simulate_suit(clean, seed), restored=False, reconstructed=True)
 
 
 def clean_case(case: Case, cleaner: CleaningPipeline) -> CaseResult:

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from eval.study.clean.cases import AFTER, AS_READ, BEFORE, CLEAN, REAL, SUITS, TRUTH, Case, CaseResult, Values
 from eval.study.framework.page import Row, study_row
 
-PRETRAINED, NO_PHYSICS = "shipped policy", "no physics"
+PRETRAINED, NO_RESTORING, NO_PHYSICS = "shipped policy", "no restoring", "no physics"
 ALL = "all"
 
 

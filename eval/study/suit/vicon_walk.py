@@ -85,6 +85,11 @@ def load_real_walk(data: Path) -> RealWalk:
     return RealWalk(motion, accelerations, path - path[0] + motion.root_position[0], measured)
 
 
+def load_vicon_points(data: Path) -> dict[str, np.ndarray]:
+    """Return Vicon's points of the walk by name, such as "LFEO" for the left knee, in metres and Vicon's world, each of shape (955, 3)."""
+    return _vicon(data / SENSOR_WALK_FOLDER / VICON_FILE)
+
+
 def track_root_by_contacts(walk: RealWalk) -> np.ndarray:
     """Return the path (T, 3) [m] from standing feet and the pelvis' acceleration between steps, from the motion's first place on."""
     path = track_root(walk.motion.local_rotations, walk.accelerations[:, SENSOR_BODIES.index(PELVIS_BODY)], 1.0)

@@ -1,0 +1,97 @@
+"""Restoration of a whole clip by a restoring network: its poses corrected, and what the network says of them."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+
+from agents.restore.kinematics import correct_rotations
+from agents.restore.model import RestoreModel, RestorePrediction
+from agents.restore.spec import PATCH_FRAMES, RESTORE_RATE_HZ, STEP_RATE_HZ
+from datasets.motion.clip import BodyMotion
+from datasets.motion.humanoid import SKELETON
+from datasets.motion.kinematics import body_poses, resample
+from datasets.motion.rotation import conjugate, multiply, normalise
+
+BATCH_WINDOWS = 32  # that go through the network at once
+_PARENTS = list(SKELETON.parents[1:])
+
+
+@dataclass(frozen=True)
+class Restoration:
+    """Corrected clip of T frames, and what the network says of it.
+
+    Attributes:
+        motion: The clip with corrected poses; its root path is the clip's own.
+        constant: Constant misalignment of each body, as the rotation vector that corrects it in the body's own frame [rad], shape (20, 3).
+        constant_std: Standard deviation of its error [rad], shape (20, 3).
+        contacts: Probability that the left and the right foot stand, and heel and toe of each, shape (T, 6).
+        root: Height of the pelvis [m] and its velocity ahead and to the left in its heading [m/s], shape (T, 3).
+    """
+
+    motion: BodyMotion
+    constant: np.ndarray
+    constant_std: np.ndarray
+    contacts: np.ndarray
+    root: np.ndarray
+
+
+@torch.inference_mode()
+def restore_poses(model: RestoreModel, clip: BodyMotion) -> Restoration:
+    """Return a clip with the faults taken out of its poses.
+
+    A clip longer than the network's window is seen in windows that overlap by half. What they say of the constants is averaged, each with
+    the weight of its precision; everything else fades from one window to the next.
+
+    Args:
+        model: Trained network.
+        clip: Clip of any length and rate; its root path is not used.
+    """
+    rotations = torch.from_numpy(body_poses(resample(clip, RESTORE_RATE_HZ))[1].astype(np.float32))
+    frames, window = len(rotations), model.spec.window
+    last = max(frames - window, 0) // PATCH_FRAMES * PATCH_FRAMES
+    starts = torch.tensor([*range(0, last, window // 2 // PATCH_FRAMES * PATCH_FRAMES or PATCH_FRAMES), last])
+    rows = starts[:, None] + torch.arange(window)
+    mask = rows < frames
+    seen = rotations[rows.clamp(max=frames - 1)]
+    parts = [model(own, inside) for own, inside in zip(seen.split(BATCH_WINDOWS), mask.split(BATCH_WINDOWS), strict=True)]
+    predicted = RestorePrediction(*(torch.cat(tracks) for tracks in zip(*parts, strict=True)))
+    precision = torch.exp(-2.0 * predicted.constant_log_std)
+    constant = (predicted.constant * precision).sum(0) / precision.sum(0)
+    every = slice(None, None, PATCH_FRAMES)
+    varying = _fade(predicted.varying, rows[:, every] // PATCH_FRAMES, mask[:, every])
+    correction = _at_frames((constant + varying).double().numpy(), STEP_RATE_HZ, clip)
+    world = correct_rotations(torch.from_numpy(body_poses(clip)[1]), torch.from_numpy(correction)).numpy()
+    local = world.copy()
+    local[:, 1:] = multiply(conjugate(world[:, _PARENTS]), world[:, 1:])
+    return Restoration(
+        replace(clip, local_rotations=normalise(local)),
+        constant.double().numpy(),
+        precision.mean(0).rsqrt().double().numpy(),
+        _at_frames(_fade(torch.sigmoid(predicted.contacts), rows, mask).double().numpy(), RESTORE_RATE_HZ, clip),
+        _at_frames(_fade(predicted.root, rows, mask).double().numpy(), RESTORE_RATE_HZ, clip),
+    )
+
+
+def _fade(tracks: torch.Tensor, rows: torch.Tensor, mask: torch.Tensor) -> torch.Tensor:
+    """Return what windows say of each frame, faded from one window to the next.
+
+    Args:
+        tracks: What W windows of T frames say, shape (W, T, ...).
+        rows: Their frames, shape (W, T).
+        mask: Which of these are frames of the clip, shape (W, T).
+    """
+    length = rows.shape[1]
+    weights = torch.minimum(torch.arange(1, length + 1), torch.arange(length, 0, -1)).expand(rows.shape)[mask].float()
+    total = torch.zeros(int(rows[mask].max()) + 1).index_add_(0, rows[mask], weights)
+    ends = (1,) * (tracks.ndim - 2)
+    summed = torch.zeros(len(total), *tracks.shape[2:]).index_add_(0, rows[mask], tracks[mask] * weights.view(-1, *ends))
+    return summed / total.view(-1, *ends)
+
+
+def _at_frames(track: np.ndarray, rate: float, clip: BodyMotion) -> np.ndarray:
+    """Return a track (N, ...) of a rate [Hz] at the frames of a clip, linear in between and as it ends afterwards, shape (T, ...)."""
+    at = np.minimum(np.arange(len(clip)) / clip.fps * rate, len(track) - 1)
+    before = np.minimum(at.astype(int), max(len(track) - 2, 0))
+    share = (at - before).reshape(-1, *(1,) * (track.ndim - 1))
+    return track[before] * (1.0 - share) + track[np.minimum(before + 1, len(track) - 1)] * share

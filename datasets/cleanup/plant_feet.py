@@ -1,0 +1,80 @@
+"""Planted feet of the 20 bodies: standing feet lead the root, then legs hold them still on the ground. T frames, left and right foot."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from datasets.cleanup.foot_contacts import true_spans
+from datasets.cleanup.foot_lock_offsets import foot_lock_offsets
+from datasets.cleanup.ground_levelling import level_to_ground
+from datasets.cleanup.support_levels import MAX_FLIGHT_S
+from datasets.ik.leg_ik import leg_ik
+from datasets.motion.clip import BodyMotion
+from datasets.motion.humanoid import BODY_NAMES
+from datasets.motion.kinematics import body_poses, sole_points, support_steps
+from datasets.motion.rotation import conjugate, from_axis_angle, multiply, rotate
+
+_LEGS = [[BODY_NAMES.index(f"{part}_{side}") for part in ("thigh", "shin", "foot")] for side in "lr"]
+_FORWARD, _KNEE_AXIS = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
+
+
+def plant_feet(motion: BodyMotion, contacts: np.ndarray, grounded: np.ndarray | None = None) -> BodyMotion:
+    """Return the clip with feet that neither slide nor leave the level ground while they stand.
+
+    Args:
+        motion: Clip whose root path is known roughly.
+        contacts: Whether the left and the right foot stand, shape (T, 2).
+        grounded: Which frames are on level ground, shape (T,); all if None. No foot is planted in others.
+    """
+    stands = contacts if grounded is None else contacts & grounded[:, None]
+    return hold_feet(level_to_ground(lead_root(motion, stands), stands, grounded), stands)
+
+
+def lead_root(motion: BodyMotion, contacts: np.ndarray) -> BodyMotion:
+    """Return the clip with a root that moves over the ground as its standing feet, which keep still, tell.
+
+    Of two standing feet both count the same. In flight the root's velocity is corrected by what lies between its corrections before and
+    after; while no foot stands for longer than a flight lasts, it keeps its own.
+
+    Args:
+        motion: Clip.
+        contacts: Whether the left and the right foot stand, shape (T, 2).
+    """
+    weights = (contacts[1:] & contacts[:-1]).astype(float)
+    told = weights.any(axis=1)
+    if not told.any():
+        return motion
+    slid = support_steps(sole_points(*body_poses(motion)))[..., :2]
+    frames = np.flatnonzero(told)
+    mean = (weights[frames, :, None] * slid[frames]).sum(axis=1) / weights[frames].sum(axis=1, keepdims=True)
+    steps = np.column_stack([np.interp(np.arange(len(slid)), frames, mean[:, axis]) for axis in (0, 1)])
+    for start, stop in true_spans(~told):
+        if stop - start > MAX_FLIGHT_S * motion.fps:
+            steps[start:stop] = 0.0
+    root = motion.root_position.copy()
+    root[1:, :2] -= np.cumsum(steps, axis=0)
+    return replace(motion, root_position=root)
+
+
+def hold_feet(motion: BodyMotion, contacts: np.ndarray) -> BodyMotion:
+    """Return the clip with feet held still by thighs and knees while they stand: same root, same orientation of the feet.
+
+    Args:
+        motion: Clip.
+        contacts: Whether the left and the right foot stand, shape (T, 2).
+    """
+    positions, rotations = body_poses(motion)
+    soles, local = sole_points(positions, rotations), motion.local_rotations.copy()
+    for side, (thigh, shin, foot) in enumerate(_LEGS):
+        offsets = foot_lock_offsets(soles[:, side], contacts[:, side], motion.fps)
+        moved = np.flatnonzero(offsets.any(axis=1))
+        turned, flexion = leg_ik(
+            positions[moved, thigh],
+            positions[moved, foot] + offsets[moved],
+            rotate(rotations[moved, thigh], np.tile(_FORWARD, (len(moved), 1))),
+        )
+        knee = from_axis_angle(np.tile(_KNEE_AXIS, (len(moved), 1)), flexion)
+        local[moved, thigh] = multiply(conjugate(rotations[moved, 0]), turned)
+        local[moved, shin] = knee
+        local[moved, foot] = multiply(conjugate(multiply(turned, knee)), rotations[moved, foot])
+    return replace(motion, local_rotations=local)

@@ -1,0 +1,45 @@
+"""The restoring stage of cleaning: poses of a suit are corrected, those of a clean recording left as they are."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from agents.restore.model import RestoreModel
+from agents.restore.restore import restore_poses
+from datasets.cleanup.foot_contacts import MIN_CONTACT_GAP_S, MIN_CONTACT_S, debounce_labels
+from datasets.motion.clip import BodyMotion
+from eval.clean.misalignments import Misalignment, find_misalignments
+from eval.metrics.artefacts import mean_distance_local_mm
+
+MIN_RESTORED_MM = 12.0  # mm; poses that the network would move by less on average are taken for clean
+
+
+class RestoredPoses(NamedTuple):
+    """A clip of T frames after the restoring stage.
+
+    Attributes:
+        motion: The clip with corrected poses, or the very clip where it was left as it is.
+        contacts: Whether the left and the right foot stand, as the network sees it, shape (T, 2); None where the clip was left.
+        misalignments: Segments whose sensors were clearly misaligned, the largest first.
+    """
+
+    motion: BodyMotion
+    contacts: np.ndarray | None
+    misalignments: tuple[Misalignment, ...]
+
+
+def restore_clip(model: RestoreModel | None, recorded: BodyMotion) -> RestoredPoses:
+    """Return a clip with a suit's faults taken out of its poses; one that is clean already stays as it is.
+
+    Args:
+        model: Restoring network; None leaves every clip as it is.
+        recorded: Retargeted clip at 60 fps.
+    """
+    if model is None:
+        return RestoredPoses(recorded, None, ())
+    found = restore_poses(model, recorded)
+    if mean_distance_local_mm(found.motion, recorded) < MIN_RESTORED_MM:
+        return RestoredPoses(recorded, None, ())
+    shortest, gap = (int(np.ceil(seconds * recorded.fps - 1e-6)) for seconds in (MIN_CONTACT_S, MIN_CONTACT_GAP_S))
+    contacts = np.stack([debounce_labels(found.contacts[:, side] > 0.5, shortest, gap) for side in (0, 1)], axis=1)
+    return RestoredPoses(found.motion, contacts, find_misalignments(found.constant, found.constant_std))
