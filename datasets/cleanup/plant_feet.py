@@ -41,7 +41,7 @@ def lead_root(motion: BodyMotion, contacts: np.ndarray) -> BodyMotion:
         contacts: Whether the left and the right foot stand, shape (T, 2).
     """
     weights = (contacts[1:] & contacts[:-1]).astype(float)
-    told = weights.any(axis=1)
+    told = weights.sum(axis=1) > 0.0
     if not told.any():
         return motion
     slid = support_steps(sole_points(*body_poses(motion)))[..., :2]

@@ -72,6 +72,6 @@ def _describe(name: str, axis: int, turn: float) -> str:
     """Return a segment and the direction of its turn about an axis, such as "left foot toed in"."""
     part, _, side = name.rpartition("_")
     if side not in _SIDES:
-        return f"{name} {_TRUNK[axis][turn < 0]}"
+        return f"{name} {_TRUNK[axis][int(turn < 0)]}"
     sign = turn if side == "l" else turn * _MIRRORED_AXES[axis]
-    return f"{_SIDES[side]} {part.replace('_', ' ')} {_WORDS[part][axis][sign < 0]}"
+    return f"{_SIDES[side]} {part.replace('_', ' ')} {_WORDS[part][axis][int(sign < 0)]}"

@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from configs.errors import InputError
+from configs.process_pool import available_cores
 from eval.runs.training_spec import CONFIG_DIR, Training
 
 _PERCENT_DONE = re.compile(r"^ *([\d.]+)%", re.MULTILINE)  # at the start of a line of a training's progress
@@ -51,7 +52,7 @@ def train_all(trainings: Sequence[Training[Any]], console: Console) -> None:
     with Progress(*columns, console=console) as progress, _running_trainings(console) as running:
         whole = progress.add_task("all trainings", total=len(trainings), completed=len(trainings) - len(waiting))
         while waiting or running:
-            while waiting and len(running) < (os.cpu_count() or 1):
+            while waiting and len(running) < available_cores():
                 running.append(_start(waiting.pop(0), progress))
             time.sleep(_POLL_INTERVAL_S)
             for one in list(running):

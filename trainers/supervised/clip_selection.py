@@ -21,4 +21,4 @@ class ClipSelection:
     def frames_left(self, starts: torch.Tensor) -> torch.Tensor:
         """Return for frames (B,) how many there are from each of them to the end of its clip, shape (B,)."""
         stops = torch.from_numpy(np.array([clip.start + clip.frames for clip in self.clips]))
-        return stops[torch.searchsorted(stops, starts, right=True)] - starts
+        return stops[torch.searchsorted(stops, starts.contiguous(), right=True)] - starts

@@ -7,10 +7,10 @@ from eval.metrics.catalogue import ARTEFACT_CATALOGUE
 from eval.pages.figures import GREY, RECORDED, SUITED, figure
 from eval.study.clean.cases import BEFORE, CLEAN, REAL, SOURCES, SUITS, TRUTH, Case, CaseResult
 from eval.study.clean.findings import COMPARED_MEASURES
-from eval.study.clean.rows import ALL, NO_PHYSICS, PRETRAINED, kind_part, row_name
+from eval.study.clean.rows import ALL, NO_PHYSICS, NO_RESTORING, PRETRAINED, kind_part, row_name
 from eval.study.framework.page import Group, Measure, Plot
 
-COLOURS = {BEFORE: SUITED, NO_PHYSICS: GREY, PRETRAINED: RECORDED, TRUTH: "#6b9e5b"}
+COLOURS = {BEFORE: SUITED, NO_PHYSICS: GREY, NO_RESTORING: "#4aa5a0", PRETRAINED: RECORDED, TRUTH: "#6b9e5b"}
 OTHERS = ("#9a7fb8", "#d9541f", "#d9a51f")  # of further policies
 STANCE = "horizontal speed of a foot's lowest point while it stands, told by height and speed; in the clean truth where that is known"
 _MEASURES = {name: Measure(metric.unit, metric.text) for name, metric in ARTEFACT_CATALOGUE.items()} | {
@@ -77,7 +77,7 @@ def clean_notes(cases: Sequence[Case], results: Sequence[CaseResult], seen: Mapp
         "counting once, ± their standard deviation.",
         "The clean truth is carried along with the slow drift of the suit's root and heading, which nobody can observe. Its contacts and "
         "flights are used on all sides, so that a foot that floats where it should stand counts.",
-        f"'{NO_PHYSICS}' is the same cleaning without the simulation: jitter, ground and limbs repaired, feet locked where they seem to "
+        f"'{NO_RESTORING}' leaves the poses of suits as they were captured; '{NO_PHYSICS}' is the same cleaning without the simulation: jitter, ground and limbs repaired, feet locked where they seem to "
         "stand. What the simulation adds is the difference. Other policies are those in DIR/policies.",
         "A finding counts as reproduced where the aim is reached. foot_skate takes a foot under 2 cm for a standing one at any speed: what "
         "the clean truth has of it is swinging feet, which no cleaning should stop. stance_skate, ours, leaves them out.",

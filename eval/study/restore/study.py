@@ -49,7 +49,7 @@ def restore_study(data: Path, out: Path) -> Study:
     check_recordings(data, (TRAIN_FOLDER, *FOLDERS.values(), SENSOR_WALK_FOLDER, IMU_SUIT_CLIPS[-1]))
     console, model = make_console(), load_pretrained_restore()
     trainings = {one: [_training(one, seed, data, out) for seed in range(NUM_SEEDS)] for one in INGREDIENTS}
-    _train([run for runs in trainings.values() for run in runs], console)
+    _train([runs[seed] for seed in range(NUM_SEEDS) for runs in trainings.values()], console)  # a seed of each before the next
     torch.set_num_threads(available_cores())
     clips = load_test_clips(data)
     pairs = simulate_pairs(clips, NUM_RECORDINGS)

@@ -1,6 +1,7 @@
 """Choice of the clips' roots: recorded or reconstructed."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from datasets.imu.suit_simulation import simulate_suit
 from datasets.library.sources import SourceMotion
 from datasets.motion.kinematics import body_poses, lowest_point_heights
 from tests.builders import lively, posed
-from trainers.data.root_source import RootSource
+from trainers.data.root_source import RootSource, faulty_clip
 
 
 @pytest.fixture
@@ -65,7 +66,20 @@ def test_a_simulated_suit_begins_where_its_truth_begins_with_its_feet_on_the_gro
     bent = posed({"shin_l_y": 10.0}, frames=120)
     clean = replace(bent, root_position=bent.root_position + np.array([3.0, 2.0, 0.0]))
     recording = simulate_suit(clean, seed=0, severity=0.0)
-    clip = RootSource(True, pytest.fail).apply_to_suit(recording)
+    clip = faulty_clip(recording, restored=False, reconstructed=True)
     np.testing.assert_allclose(clip.root_position[0, :2], [3.0, 2.0], atol=1e-6)
     assert abs(lowest_point_heights(*body_poses(clip)).min()) < 0.01
-    assert RootSource(False, pytest.fail).apply_to_suit(recording) is recording.faulty
+    assert faulty_clip(recording, restored=False, reconstructed=False) is recording.faulty
+
+
+def test_a_suit_s_poses_are_restored_before_its_root_is_read_from_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    suit = simulate_suit(posed({}, frames=120), seed=0, severity=0.0)
+    straight = posed({"shin_l_y": 20.0}, frames=120)
+    monkeypatch.setattr(
+        "trainers.data.root_source.restore_suit_poses",
+        lambda clip: SimpleNamespace(motion=replace(clip, local_rotations=straight.local_rotations)),
+    )
+    own = faulty_clip(suit, restored=True, reconstructed=False)
+    assert np.array_equal(own.local_rotations, straight.local_rotations)
+    assert np.array_equal(own.root_position, suit.faulty.root_position)
+    assert np.array_equal(faulty_clip(suit, restored=True, reconstructed=True).local_rotations, straight.local_rotations)

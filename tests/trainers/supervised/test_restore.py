@@ -16,7 +16,7 @@ from datasets.imu.suit_simulation import SuitClip
 from datasets.motion.clip import FPS, BodyMotion
 from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES
 from datasets.motion.mirror import mirror_motion
-from datasets.motion.rotation import conjugate, from_rotation_vector, multiply, to_rotation_vector
+from datasets.motion.rotation import conjugate, from_rotation_vector, from_yaw, multiply, to_rotation_vector
 from tests.agents.restore.test_restore import pitched
 from tests.builders import STANDING, lively, posed
 from tests.trainers.run_comparison import final_state, same
@@ -25,7 +25,7 @@ from trainers.supervised.restore_augmentation import augment_windows, symmetric_
 from trainers.supervised.restore_config import RestoreConfig, RestoreDataConfig, RestoreLearnerConfig
 from trainers.supervised.restore_data import RestoreFrames, restore_frames
 
-PLAIN = RestoreLearnerConfig(clean_share=0.0, added_misalignment=0.0, convention=0.0, mirror=False)
+PLAIN = RestoreLearnerConfig(clean_share=0.0, added_misalignment=0.0, convention=0.0, mirror=False, exchange_share=0.0)
 CHEST, THIGH, FOOT_L, FOOT_R = (BODY_NAMES.index(name) for name in ("chest", "thigh_l", "foot_l", "foot_r"))
 NUM_UPDATES = 10
 
@@ -115,6 +115,19 @@ def test_a_mirrored_window_is_that_of_the_mirrored_clip() -> None:
     assert torch.allclose(joint_positions(found.captured)[0], joint_positions(mirrored.captured)[0], atol=1e-5)
     assert torch.equal(found.contacts[0], mirrored.contacts[0])
     assert torch.allclose(found.root[0], mirrored.root[0], atol=1e-5)
+
+
+def test_an_exchanged_upper_body_faces_where_the_pelvis_does() -> None:
+    walks = windows([lively(0, 0, 80), lively(1, 0, 80)])
+    turn = from_yaw(np.array(1.0, dtype=np.float32))
+    turned = torch.from_numpy(turn).expand(walks.truth[1].shape)
+    walks.truth[1], walks.captured[1] = multiply(turned, walks.truth[1]), multiply(turned, walks.captured[1])
+    random = torch.Generator().manual_seed(3)  # of the two windows each is the other's partner
+    found = augment_windows(replace(PLAIN, exchange_share=1.0), walks, random)
+    own, other = windows([lively(0, 0, 80), lively(1, 0, 80)]).captured
+    assert torch.allclose((found.captured[0, :, FOOT_L] * own[:, FOOT_L]).sum(-1).abs(), torch.ones(40), atol=1e-5)
+    # ``lively`` turns at the same rate whatever its seed, so the other's chest is turned back by the 1 rad that it was turned by.
+    assert torch.allclose((found.captured[0, :, CHEST] * other[:, CHEST]).sum(-1).abs(), torch.ones(40), atol=1e-5)
 
 
 def test_a_clean_window_shows_the_truth() -> None:

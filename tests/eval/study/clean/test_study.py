@@ -19,11 +19,12 @@ from envs.mimic.spec import MimicSpec
 from eval.clean import samcon
 from eval.clean.pipeline import CleaningPipeline
 from eval.evaluation_recordings import IMU_SUIT_CLIPS
+from eval.study.clean import case_results
 from eval.study.clean import cases as clean_cases
 from eval.study.clean import study as clean_study
 from eval.study.clean.cases import CLEAN, REAL, SUITS, Case, CaseResult, clean_case, result_from_json, stance_skate
 from eval.study.clean.findings import clean_findings
-from eval.study.clean.rows import NO_PHYSICS, PRETRAINED, clean_rows
+from eval.study.clean.rows import NO_PHYSICS, NO_RESTORING, PRETRAINED, clean_rows
 from eval.study.cli import main
 from eval.study.framework.page import study_text
 from tests.builders import as_bvh, posed
@@ -212,7 +213,7 @@ def counted(monkeypatch: pytest.MonkeyPatch, stop_at: int = 0) -> list[str]:
         cleaned.append(f"{case.group}: {case.file.stem}")
         return clean(case, cleaner)
 
-    monkeypatch.setattr(clean_study, "clean_case", noted)
+    monkeypatch.setattr(case_results, "clean_case", noted)
     return cleaned
 
 
@@ -226,13 +227,13 @@ def test_the_study_goes_on_where_it_was_interrupted(recordings: Path, tmp_path: 
     with monkeypatch.context() as patch:
         second = counted(patch)
         assert main(command) == 0
-    assert (len(first), len(second)) == (3, 13)  # 2 clips as two groups, 4 of real suits, each in two ways
-    check_study(out, (PRETRAINED, NO_PHYSICS))
+    assert (len(first), len(second)) == (3, 21)  # 2 clips as two groups, 4 of real suits, each in three ways
+    check_study(out, (PRETRAINED, NO_RESTORING, NO_PHYSICS))
     leave_policy(out / "policies" / "faulty_rewarded.safetensors", 1)
     third = counted(monkeypatch)
     assert main(command) == 0
     assert len(third) == 8  # the further policy's alone
-    check_study(out, (PRETRAINED, NO_PHYSICS, "faulty_rewarded"))
+    check_study(out, (PRETRAINED, NO_RESTORING, NO_PHYSICS, "faulty_rewarded"))
 
 
 def test_what_a_result_depends_on_is_found_through_imports() -> None:
@@ -245,16 +246,17 @@ def test_what_a_result_depends_on_is_found_through_imports() -> None:
 def test_another_policy_or_another_clip_is_another_result(recordings: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     cleaned = counted(monkeypatch)
     case = Case(CLEAN, "bandai/test", recordings / "noncommercial/bandai/test/bob_wave.bvh", 0)
-    key = clean_study._key(clean_study.PRETRAINED_POLICY)
+    key = case_results.pipeline_key(clean_study.PRETRAINED_POLICY)
 
     def get(key: str) -> CaseResult:
-        return clean_study._result(case, PRETRAINED, WITHOUT, key, tmp_path / "clips")
+        return case_results.case_result(case, PRETRAINED, WITHOUT, key, tmp_path / "clips")
 
     assert get(key) == get(key)
     assert len(cleaned) == 1
     leave_policy(clean_study.PRETRAINED_POLICY, 2)
-    other = clean_study._key(clean_study.PRETRAINED_POLICY)
-    assert other != key != clean_study._key(None)
+    other = case_results.pipeline_key(clean_study.PRETRAINED_POLICY)
+    assert other != key != case_results.pipeline_key(None)
+    assert other != case_results.pipeline_key(clean_study.PRETRAINED_POLICY, restored=False)
     get(other)
     assert len(cleaned) == 2
     write_bvh(case.file, as_bvh(raised(posed({}, frames=30), 0.0)))

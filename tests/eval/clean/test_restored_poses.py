@@ -1,0 +1,43 @@
+"""The restoring stage: it leaves what is clean, corrects what is not, and its contacts do not flicker."""
+
+import numpy as np
+import torch
+
+from agents.restore.model import RestorePrediction
+from eval.clean.restored_poses import restore_clip
+from tests.agents.restore.test_restore import Told, pitched
+from tests.builders import lively
+
+
+class Flickering(Told):
+    """Network that says that all feet stand, but for a single frame."""
+
+    def forward(self, rotations: torch.Tensor, mask: torch.Tensor) -> RestorePrediction:
+        """Return what was told."""
+        said = super().forward(rotations, mask)
+        contacts = torch.full_like(said.contacts, 50.0)
+        contacts[:, 10] = -50.0
+        return said._replace(contacts=contacts)
+
+
+def test_a_clip_that_would_hardly_move_stays_the_very_clip() -> None:
+    clip = lively().cut(40, 80)
+    left = restore_clip(Told([0.01], [0.1]), clip)  # half a degree
+    assert left.motion is clip
+    assert left.contacts is None
+    assert left.misalignments == ()
+
+
+def test_without_a_network_nothing_is_done() -> None:
+    clip = lively()
+    assert restore_clip(None, clip).motion is clip
+
+
+def test_a_misaligned_clip_is_corrected_and_told_of() -> None:
+    truth = lively().cut(40, 80)
+    restored = restore_clip(Flickering([-0.3], [0.02]), pitched(truth, 0.3))
+    assert np.allclose(restored.motion.local_rotations, truth.local_rotations, atol=1e-5)
+    (found,) = restored.misalignments
+    assert str(found) == "chest leaning forward by 17 degrees (±1)"
+    assert restored.contacts is not None
+    assert restored.contacts.all()  # a gap of a thirtieth of a second is none
