@@ -1,6 +1,5 @@
 """Benchmark of the torch env and its training: rates and memory by number of worlds, on a GPU or on the CPU."""
 
-import os
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -8,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
+from configs.process_pool import available_cores
 from datasets.library.motion_library import MotionLibrary
 from envs.gym_env import load_motion_library
 from envs.physics.mujoco_warp import WarpPhysics, import_warp
@@ -162,7 +162,7 @@ def _training(library: MotionLibrary, worlds: int, device: torch.device, stack: 
 def _native(library: MotionLibrary, sizes: BenchmarkSizes) -> BenchmarkCase:
     """Return the native env on all cores."""
     worlds, steps = sizes.native_worlds, sizes.native_steps
-    env = AdaptMimicVectorEnv(library, worlds, threads=os.cpu_count() or 1)
+    env = AdaptMimicVectorEnv(library, worlds, threads=available_cores())
     env.reset(seed=SEED)
     actions = np.random.default_rng(SEED).uniform(-MAX_ACTION, MAX_ACTION, (steps, worlds, env.task.action_size)).astype(np.float32)
 

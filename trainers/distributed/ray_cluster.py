@@ -9,6 +9,7 @@ from typing import Any, Self
 import numpy as np
 
 from configs.errors import InputError
+from configs.process_pool import available_cores
 from configs.source_code import PROJECT_ROOT
 from datasets.library.motion_library import ClipInfo, MotionLibrary
 from trainers.algorithms.ppo_config import PpoConfig
@@ -90,7 +91,7 @@ def _start_local(config: PpoConfig, library_bytes: int) -> ModuleType:
     ray = _import_ray()
     ray.init(
         address="local",
-        num_cpus=max(config.collect.actors * config.collect.threads, os.cpu_count() or 1),
+        num_cpus=max(config.collect.actors * config.collect.threads, available_cores()),
         object_store_memory=library_bytes + _rollout_bytes(config) + _SPARE_OBJECT_STORE_BYTES,
         include_dashboard=False,
         logging_level=logging.ERROR,

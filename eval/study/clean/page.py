@@ -77,8 +77,9 @@ def clean_notes(cases: Sequence[Case], results: Sequence[CaseResult], seen: Mapp
         "counting once, ± their standard deviation.",
         "The clean truth is carried along with the slow drift of the suit's root and heading, which nobody can observe. Its contacts and "
         "flights are used on all sides, so that a foot that floats where it should stand counts.",
-        f"'{NO_RESTORING}' leaves the poses of suits as they were captured; '{NO_PHYSICS}' is the same cleaning without the simulation: jitter, ground and limbs repaired, feet locked where they seem to "
-        "stand. What the simulation adds is the difference. Other policies are those in DIR/policies.",
+        f"'{NO_RESTORING}' leaves the poses of suits as they were captured. '{NO_PHYSICS}' is the same cleaning without the simulation: "
+        "jitter, ground and limbs repaired, feet locked where they seem to stand. What the simulation adds is the difference. Other "
+        "policies are those in DIR/policies.",
         "A finding counts as reproduced where the aim is reached. foot_skate takes a foot under 2 cm for a standing one at any speed: what "
         "the clean truth has of it is swinging feet, which no cleaning should stop. stance_skate, ours, leaves them out.",
         f"Performers of the test clips in a training: {'; '.join(trained) or 'none'}.",

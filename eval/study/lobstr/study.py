@@ -1,6 +1,5 @@
 """LoBSTr study: the paper's comparisons (section 4, Tables 1 to 3, figure 6) from trainings and tests, rows beside its values."""
 
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -10,6 +9,7 @@ from rich.progress import track
 
 from agents.lobstr.model import LobstrModel
 from agents.weights.pretrained import PRETRAINED_LOBSTR
+from configs.process_pool import available_cores
 from eval.evaluation_recordings import TEST_FOLDERS, TRAIN_FOLDER, check_recordings
 from eval.runs.training_curves import read_curves
 from eval.runs.training_pool import train_all
@@ -60,7 +60,7 @@ def lobstr_study(data: Path, out: Path) -> Study:
     motion = _train([run for own in runs.values() for run in own], console)
     with console.status("reading test clips"):
         clips = load_unseen_clips(data)
-    torch.set_num_threads(os.cpu_count() or 1)
+    torch.set_num_threads(available_cores())
     rows = _rows(runs, motion, clips, console)
     curves = {row: [read_curves(run.folder) for run in own] for row, own in runs.items()}
     table = {"study": "lobstr", "rows": rows, "findings": lobstr_findings(rows)}

@@ -1,6 +1,5 @@
 """Policy studies (thesis Table 4.4, section 4.5): training data, and observed bodies and corrected joints."""
 
-import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -8,6 +7,7 @@ import torch
 from rich.console import Console
 from rich.progress import track
 
+from configs.process_pool import available_cores
 from eval.evaluation_recordings import TEST_FOLDERS, TRAIN_FOLDER, check_recordings
 from eval.runs.trained_run import load_run
 from eval.runs.training_curves import read_curves
@@ -90,7 +90,7 @@ def _rows(
     console: Console,
 ) -> list[Row]:
     """Return the rows, and one of the zero residual."""
-    threads = os.cpu_count() or 1  # of the physics; the networks are too small to be shared out
+    threads = available_cores()  # of the physics; the networks are too small to be shared out
     torch.set_num_threads(1)
     rows: list[Row] = []
     for variant in track(variants, "testing policies", console=console, transient=True):

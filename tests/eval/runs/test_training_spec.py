@@ -57,7 +57,7 @@ def test_what_a_training_refuses_is_passed_on(training: RootTraining, monkeypatc
 def test_a_training_that_fails_stops_the_others_which_save_themselves(
     training: RootTraining, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(training_pool.os, "cpu_count", lambda: 2)
+    monkeypatch.setattr(training_pool, "available_cores", lambda: 2)
     waits = (
         "import pathlib, signal, sys, time\n"
         f"def save(*_): pathlib.Path({str(tmp_path / 'saved')!r}).touch(); sys.exit(0)\n"

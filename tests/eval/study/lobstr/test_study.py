@@ -75,7 +75,7 @@ def few_steps(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(lobstr_study, "TRAINING_FRAMES", 2 * 2 * 46)
     monkeypatch.setattr(lobstr_study, "COMMON_OVERRIDES", (*lobstr_study.COMMON_OVERRIDES, *TINY))
     monkeypatch.setattr(lobstr_study, "PRETRAINED_LOBSTR", tmp_path / "lobstr.safetensors")
-    monkeypatch.setattr(lobstr_study.os, "cpu_count", lambda: 1)
+    monkeypatch.setattr(lobstr_study, "available_cores", lambda: 1)
     monkeypatch.setattr(lobstr_tests, "SITTING_PERFORMERS", (1000, 1))
     monkeypatch.setattr(lobstr_tests, "WEARINGS_PER_USER", 1)
     monkeypatch.setattr(lobstr_examine, "FREE_RUN_FRAMES", 50)
