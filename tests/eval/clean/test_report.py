@@ -15,6 +15,7 @@ from datasets.motion.rotation import from_axis_angle
 from eval.clean import video as clean_film
 from eval.clean.report import write_clip_report, write_folder_report
 from eval.clean.report_data import CSV_HEADER, collect_report_data, find_most_changed_frames, frames_csv
+from eval.clean.misalignments import Misalignment
 from eval.clean.result import CleaningResult
 from eval.clean.video import _most_changed_part
 from eval.metrics.artefact_tracks import compute_artefact_tracks
@@ -56,6 +57,7 @@ def cleaning(truth: bool = True) -> CleaningResult:
         confidence=np.where(kept, 0.0, 0.9),
         restarts=(0.75,),
         notices=("It sits <down>.",),
+        misalignments=(Misalignment("foot_l", "left foot toed in", 7.0, 2.0),),
         truth=clean if truth else None,
     )
 
@@ -89,6 +91,7 @@ def test_numbers_by_side() -> None:
     assert report["kept"] == {"share": pytest.approx(1 / 6), "spans": [(0.5, 0.75)]}
     assert report["confidence"] == {"mean": pytest.approx(0.75), "lowest": 0.0, "under_half": pytest.approx(1 / 6)}  # 0.9 x 75 / 90
     assert (report["seams"], report["notices"]) == ([0.75], ["It sits <down>."])
+    assert report["misalignments"] == [{"body": "foot_l", "text": "left foot toed in", "degrees": 7.0, "std_degrees": 2.0}]
     # 75 frames of two feet; all are low, and the right one carries nothing in the last ten.
     assert report["contact_rule"]["agree"] == pytest.approx(140 / 150)
     assert report["contact_rule"]["height_alone"] == pytest.approx(10 / 150)
@@ -158,6 +161,7 @@ def test_the_page_needs_no_network_and_shows_everything(written: Path) -> None:
     assert not re.search(r"https?://|url\(|@import", markup)
     assert "take &lt;1&gt; &amp; more" in markup
     assert "It sits &lt;down&gt;." in markup
+    assert "<td>left foot toed in</td><td>7</td><td>2</td>" in markup
     assert "−83 %" in markup  # noqa: RUF001 (floating: 30 to 5 mm)
     assert (markup.count("<video"), markup.count("<img")) == ((1, 1) if can_render() else (0, 0))
     figures = [json.loads(text) for text in re.findall(r"class=\"figure\"[^>]*>(.*?)</script>", markup, flags=re.DOTALL)]
