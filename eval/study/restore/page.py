@@ -6,7 +6,7 @@ from typing import Any
 from eval.pages.figures import RECORDED, SUITED, figure
 from eval.study.framework.page import Group, Measure, Plot
 from eval.study.restore.rows import CLEANING, FOLDER, SEVERITY, TRAINING, WALK, part_name
-from eval.study.restore.suit_pairs import FOLDERS, NUM_RECORDINGS
+from eval.study.restore.suit_pairs import FOLDERS, MADE_UP, NUM_RECORDINGS
 
 _ERRORS = {
     "truth_error_local": Measure("mm", "mean distance of the joints from the truth, roots aligned, before"),
@@ -49,7 +49,7 @@ _CLEANING = {
     "restarts": Measure("1/min", "how often the simulation began again"),
 }
 _TRAININGS = {
-    **{f"{source} restored_error": Measure("mm", f"of {source}") for source in FOLDERS},
+    **{f"{source} restored_error": Measure("mm", f"of {source}") for source in (*FOLDERS, MADE_UP)},
     "contact_accuracy": Measure("%", "over all folders"),
     "moved_if_clean": Measure("mm", "by which clean clips would be moved"),
     "samples": Measure("windows", "that a training saw"),
@@ -80,7 +80,7 @@ def restore_plots(rows: Sequence[Mapping[str, Any]]) -> list[Plot]:
     """Return the plots: errors by kind of motion in each folder, and by severity."""
     ours = {row["name"]: row["ours"] for row in rows}
     plots = []
-    for source in FOLDERS:
+    for source in (*FOLDERS, MADE_UP):
         kinds = {name.rpartition(" ")[2]: value for name, value in ours.items() if name.startswith(f"{part_name(source)}, kind ")}
         plots.append(Plot("Restored poses", f"{source}, by kind of motion", _bars(kinds, "kind of motion")))
     severities = {name.removeprefix(f"{SEVERITY} "): value for name, value in ours.items() if name.startswith(SEVERITY)}

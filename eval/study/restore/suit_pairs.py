@@ -9,13 +9,14 @@ import numpy as np
 
 from configs.process_pool import map_on_cores
 from datasets.imu.suit_simulation import simulate_suit
-from datasets.library.sources import load_clips
+from datasets.library.sources import SYNTHETIC_SOURCE, load_clips
 from datasets.motion.clip import BodyMotion
 from eval.study.clean.cases import SOURCES
 from trainers.runs.run_log import progress_bar
 
 # Test folders by name: performers of cmu/train's own kind of skeleton, and of two capture systems that no training saw.
 FOLDERS = {**SOURCES, "pfnn": "noncommercial/pfnn"}
+MADE_UP, MADE_UP_SEED = "made-up people", 950  # of a seed that no training had
 NUM_RECORDINGS = 3  # of each clip
 MIN_CLIP_S = 0.5  # s
 
@@ -24,7 +25,7 @@ class SuitPair(NamedTuple):
     """A clip through a simulated suit.
 
     Attributes:
-        source: Name of its folder, a key of ``FOLDERS``.
+        source: Name of its folder, a key of ``FOLDERS``, or ``MADE_UP``.
         truth: Clip as recorded.
         faulty: Clip as captured by the suit.
     """
@@ -35,7 +36,7 @@ class SuitPair(NamedTuple):
 
 
 def load_test_clips(data: Path) -> list[tuple[str, BodyMotion]]:
-    """Return the test clips with the names of their folders.
+    """Return the test clips, those of made-up people last, with the names of their folders.
 
     Args:
         data: Folder of real motion.
@@ -43,6 +44,7 @@ def load_test_clips(data: Path) -> list[tuple[str, BodyMotion]]:
     found = [
         (name, clip) for name, folder in FOLDERS.items() for clip in load_clips(data / folder, progress=progress_bar(f"reading {name}"))
     ]
+    found += [(MADE_UP, clip) for clip in load_clips(SYNTHETIC_SOURCE, seed=MADE_UP_SEED)]
     return [(name, clip) for name, clip in found if clip.seconds >= MIN_CLIP_S]
 
 

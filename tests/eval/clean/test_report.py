@@ -13,9 +13,9 @@ from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_NAMES
 from datasets.motion.rotation import from_axis_angle
 from eval.clean import video as clean_film
+from eval.clean.misalignments import Misalignment
 from eval.clean.report import write_clip_report, write_folder_report
 from eval.clean.report_data import CSV_HEADER, collect_report_data, find_most_changed_frames, frames_csv
-from eval.clean.misalignments import Misalignment
 from eval.clean.result import CleaningResult
 from eval.clean.video import _most_changed_part
 from eval.metrics.artefact_tracks import compute_artefact_tracks
