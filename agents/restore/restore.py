@@ -6,6 +6,7 @@ import numpy as np
 import torch
 
 from agents.restore.kinematics import correct_rotations
+from agents.restore.mirror import mirror_prediction, mirror_rotations
 from agents.restore.model import RestoreModel, RestorePrediction
 from agents.restore.spec import PATCH_FRAMES, RESTORE_RATE_HZ, STEP_RATE_HZ
 from datasets.motion.clip import BodyMotion
@@ -54,7 +55,7 @@ def restore_poses(model: RestoreModel, clip: BodyMotion) -> Restoration:
     rows = starts[:, None] + torch.arange(window)
     mask = rows < frames
     seen = rotations[rows.clamp(max=frames - 1)]
-    parts = [model(own, inside) for own, inside in zip(seen.split(BATCH_WINDOWS), mask.split(BATCH_WINDOWS), strict=True)]
+    parts = [_predict(model, own, inside) for own, inside in zip(seen.split(BATCH_WINDOWS), mask.split(BATCH_WINDOWS), strict=True)]
     predicted = RestorePrediction(*(torch.cat(tracks) for tracks in zip(*parts, strict=True)))
     precision = torch.exp(-2.0 * predicted.constant_log_std)
     constant = (predicted.constant * precision).sum(0) / precision.sum(0)
@@ -71,6 +72,12 @@ def restore_poses(model: RestoreModel, clip: BodyMotion) -> Restoration:
         _at_frames(_fade(torch.sigmoid(predicted.contacts), rows, mask).double().numpy(), RESTORE_RATE_HZ, clip),
         _at_frames(_fade(predicted.root, rows, mask).double().numpy(), RESTORE_RATE_HZ, clip),
     )
+
+
+def _predict(model: RestoreModel, rotations: torch.Tensor, mask: torch.Tensor) -> RestorePrediction:
+    """Return the mean of what the network says of windows (B, T, 20, 4), and of their mirror images."""
+    said, mirrored = model(rotations, mask), mirror_prediction(model(mirror_rotations(rotations), mask))
+    return RestorePrediction(*(0.5 * (one + other) for one, other in zip(said, mirrored, strict=True)))
 
 
 def _fade(tracks: torch.Tensor, rows: torch.Tensor, mask: torch.Tensor) -> torch.Tensor:

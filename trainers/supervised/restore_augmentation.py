@@ -7,20 +7,17 @@ import torch
 
 from agents.restore.features import heading_rotation
 from agents.restore.kinematics import keep_hinges
+from agents.restore.mirror import mirror_contacts, mirror_root, mirror_rotations, mirror_vectors
 from agents.restore.spec import PATCH_FRAMES
 from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES
-from datasets.motion.mirror import MIRRORED_QUATERNION, OTHER_SIDE
+from datasets.motion.mirror import OTHER_SIDE
 from datasets.motion.rotation import conjugate, from_rotation_vector, multiply
 from trainers.supervised.restore_config import RestoreLearnerConfig
 from trainers.supervised.restore_data import RestoreFrames
 
-_LEFT = [body for body, name in enumerate(BODY_NAMES) if name.endswith("_l")]
-_RIGHT = [OTHER_SIDE[body] for body in _LEFT]
+_RIGHT = [body for body, name in enumerate(BODY_NAMES) if name.endswith("_r")]
 _MIDDLE = [body for body, other in enumerate(OTHER_SIDE) if body == other]
 _UPPER = [body for body, name in enumerate(BODY_NAMES) if body and not name.startswith(("thigh", "shin", "foot", "toe"))]
-_MIRRORED_VECTOR = (-1.0, 1.0, -1.0)  # rotation vectors of mirrored bodies
-_MIRRORED_CONTACTS = [1, 0, 4, 5, 2, 3]
-_MIRRORED_ROOT = (1.0, 1.0, -1.0)
 
 
 def augment_windows(config: RestoreLearnerConfig, windows: RestoreFrames, random: torch.Generator) -> RestoreFrames:
@@ -93,7 +90,7 @@ def _exchange_upper_bodies(
 def symmetric_misalignment(vectors: torch.Tensor) -> torch.Tensor:
     """Return rotation vectors (..., 20, 3) with the right side as the left one's mirror image and pitch alone in the middle."""
     found = vectors.clone()
-    found[..., _RIGHT, :] = vectors[..., _LEFT, :] * vectors.new_tensor(_MIRRORED_VECTOR)
+    found[..., _RIGHT, :] = mirror_vectors(vectors)[..., _RIGHT, :]
     found[..., _MIDDLE, :] = vectors[..., _MIDDLE, :] * vectors.new_tensor([0.0, 1.0, 0.0])
     return found
 
@@ -101,14 +98,5 @@ def symmetric_misalignment(vectors: torch.Tensor) -> torch.Tensor:
 def _mirror_half(windows: RestoreFrames) -> RestoreFrames:
     """Return windows of which the first half is mirrored."""
     half = len(windows.truth) // 2
-    signs = windows.truth.new_tensor(MIRRORED_QUATERNION)
-
-    def mirror(rotations: torch.Tensor) -> torch.Tensor:
-        return torch.cat([rotations[:half][:, :, OTHER_SIDE] * signs, rotations[half:]])
-
-    return RestoreFrames(
-        mirror(windows.captured),
-        mirror(windows.truth),
-        torch.cat([windows.contacts[:half][..., _MIRRORED_CONTACTS], windows.contacts[half:]]),
-        torch.cat([windows.root[:half] * windows.root.new_tensor(_MIRRORED_ROOT), windows.root[half:]]),
-    )
+    mirrors = (mirror_rotations, mirror_rotations, mirror_contacts, mirror_root)
+    return RestoreFrames(*(torch.cat([mirror(track[:half]), track[half:]]) for mirror, track in zip(mirrors, windows, strict=True)))

@@ -55,7 +55,6 @@ _TRAININGS = {
     "samples": Measure("windows", "that a training saw"),
     "minutes": Measure("min", "of one core that it took"),
 }
-_FOLDER_ROWS = tuple(part_name(source) for source in FOLDERS)
 GROUPS = (
     Group(
         "Restored poses",
@@ -63,7 +62,12 @@ GROUPS = (
         _ERRORS | _CONTACTS,
         (FOLDER,),
     ),
-    Group("What is clean already", "Poses that would be moved by little are taken for clean, and left as they are.", _HARM, (FOLDER,)),
+    Group(
+        "What is clean already",
+        "Clips whose constant misalignments are small on average are taken for clean, and left as they are.",
+        _HARM,
+        (FOLDER,),
+    ),
     Group("By severity", "One recording a clip of all folders.", _ERRORS | _CONTACTS, (SEVERITY,)),
     Group("The real walk", "Vicon's points are the truth of pelvis and legs (9.55 s, 7.7 m).", _WALK, (WALK,)),
     Group("Before and after the whole cleaning", "Suits' clips with Root3D's root, from BVH to BVH.", _CLEANING, (CLEANING,)),

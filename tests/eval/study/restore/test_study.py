@@ -15,6 +15,7 @@ from configs.load import save_config
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES
 from datasets.motion.kinematics import body_poses
+from eval.clean import restored_poses
 from eval.runs.training_spec import Training
 from eval.study.cli import main
 from eval.study.restore import study as restore_study
@@ -42,7 +43,8 @@ def leave(training: Training[RestoreConfig]) -> None:
     RestoreModel(TINY).save(training.weights_path, {})
 
 
-def test_a_known_misalignment_is_scored_by_hand() -> None:
+def test_a_known_misalignment_is_scored_by_hand(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(restored_poses, "MIN_MEAN_MISALIGNMENT_DEG", 0.5)  # 11.5 degrees of one body are 0.57 on average over 20
     truth = posed({}, 40)  # upright, so that a pitch turns nothing about the vertical, and on its feet
     scores = score_pair(Told([-0.2], [0.05]), SuitPair("cmu/test", truth, pitched(truth, 0.2)))
     assert scores["restored_error"] < 0.01 < 5.0 < scores["truth_error_local"]
@@ -54,13 +56,14 @@ def test_a_known_misalignment_is_scored_by_hand() -> None:
     assert scores["recognised"] == 100.0
 
 
-def test_what_a_clean_clip_would_lose_is_kept_apart_from_what_it_loses() -> None:
+def test_what_a_clean_clip_would_lose_is_kept_apart_from_what_it_loses(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(restored_poses, "MIN_MEAN_MISALIGNMENT_DEG", 0.5)
     clip = lively().cut(40, 80)
     mild = score_clean_clip(Told([0.02], [0.1]), clip)
-    assert 0.5 < mild["moved_if_clean"] < 12.0
+    assert mild["moved_if_clean"] > 0.5
     assert (mild["harm"], mild["left_alone"]) == (0.0, 100.0)
     strong = score_clean_clip(Told([0.3], [0.1]), clip)
-    assert strong["harm"] == strong["moved_if_clean"] > 12.0
+    assert strong["harm"] == strong["moved_if_clean"] > mild["moved_if_clean"]
     assert strong["left_alone"] == 0.0
 
 
