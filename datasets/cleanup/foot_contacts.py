@@ -37,8 +37,13 @@ def detect_foot_contacts(motion: BodyMotion) -> np.ndarray:
     slow = np.where(points[..., 2] < heights[..., None] + SUPPORT_POINT_MARGIN_M, speeds, np.inf).min(axis=-1) < MAX_CONTACT_SPEED_M_S
     above = heights - heights.min(axis=1, keepdims=True)
     labels = np.stack([_standing(slow[:, side], heights[:, side], above[:, side]) for side in (0, 1)], axis=1)
-    shortest, gap = (int(np.ceil(seconds * motion.fps - 1e-6)) for seconds in (MIN_CONTACT_S, MIN_CONTACT_GAP_S))
-    return np.stack([debounce_labels(labels[:, side], shortest, gap) for side in (0, 1)], axis=1)
+    return debounce_contacts(labels, motion.fps)
+
+
+def debounce_contacts(contacts: np.ndarray, fps: float) -> np.ndarray:
+    """Return contacts of both feet (T, 2) without those shorter than ``MIN_CONTACT_S`` and gaps shorter than ``MIN_CONTACT_GAP_S``."""
+    shortest, gap = (int(np.ceil(seconds * fps - 1e-6)) for seconds in (MIN_CONTACT_S, MIN_CONTACT_GAP_S))
+    return np.stack([debounce_labels(contacts[:, side], shortest, gap) for side in (0, 1)], axis=1)
 
 
 def debounce_labels(labels: np.ndarray, shortest: int, gap: int) -> np.ndarray:

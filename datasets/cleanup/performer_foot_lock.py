@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from datasets.cleanup.foot_contacts import MIN_CONTACT_GAP_S, MIN_CONTACT_S, debounce_labels
+from datasets.cleanup.foot_contacts import debounce_contacts
 from datasets.cleanup.foot_lock_offsets import foot_lock_offsets
 from datasets.motion.clip import Motion
 from datasets.motion.humanoid import BODY_NAMES, FOOT_AND_TOE_BODIES
@@ -28,11 +28,10 @@ def lock_performer_feet(motion: Motion, retargeted: Retargeted, contacts: np.nda
     Returns:
         Same root, same orientation of the feet, other thighs and knees. A foot out of a leg's reach stays short of its place.
     """
-    shortest, gap = (int(np.ceil(seconds * motion.fps - 1e-6)) for seconds in (MIN_CONTACT_S, MIN_CONTACT_GAP_S))
     usual = _usual_height_offsets(retargeted)
     soles, sunk = _soles(motion, retargeted, usual)
-    labels = [debounce_labels(contacts[:, side], shortest, gap) for side in (0, 1)]
-    moved = np.stack([foot_lock_offsets(soles[:, side], labels[side], motion.fps) for side in (0, 1)], axis=1)
+    stands = debounce_contacts(contacts, motion.fps)
+    moved = np.stack([foot_lock_offsets(soles[:, side], stands[:, side], motion.fps) for side in (0, 1)], axis=1)
     lacking = np.maximum(sunk - moved[..., 2], 0.0)
     left = np.where(level[:, None], 0.0, lacking)
     moved[..., 2] += lacking - left

@@ -5,7 +5,6 @@ simulated suit's recording of a synthetic walk, or of the first long clip of a m
 """
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from datasets.synthetic.clips import synthetic_clips
 from envs.physics.mujoco_cpu import RecordingPhysics
 from eval.benchmark.peers.bare_mujoco import BareBatch, ControlRecorder
 from eval.benchmark.timing.interleaved import BenchmarkCase, BenchmarkResult, interleave, torch_threads
-from eval.clean.pipeline import CleaningPipeline
+from eval.clean.pipeline import PHYSICS, CleaningPipeline
 from eval.clean.samcon import NUM_SAMPLES, SamconSearch
 from eval.clean.stages import repair_kinematically
 
@@ -98,7 +97,7 @@ def measure_clean(
         BenchmarkCase(OURS, f"ours, {plural}: BVH to BVH, of {clip.seconds:g} s; 1 is real time", cleaning(cleaner), limit=LIMIT),
         BenchmarkCase(SEARCH, f"the {NUM_SAMPLES} humanoids with policy, observation and choice", search, limit=LIMIT),
         _bare(cleaner, repaired),
-        BenchmarkCase(NO_PHYSICS, "the same cleaning without the simulation", cleaning(replace(cleaner, policy=None))),
+        BenchmarkCase(NO_PHYSICS, "the same cleaning without the simulation", cleaning(cleaner.without([PHYSICS]))),
     ]
     with torch_threads(cleaner.threads):
         rates = interleave(cases, rounds, after_round)

@@ -6,7 +6,7 @@ import numpy as np
 
 from agents.restore.model import RestoreModel
 from agents.restore.restore import restore_poses
-from datasets.cleanup.foot_contacts import MIN_CONTACT_GAP_S, MIN_CONTACT_S, debounce_labels
+from datasets.cleanup.foot_contacts import debounce_contacts
 from datasets.motion.clip import BodyMotion
 from eval.clean.misalignments import Misalignment, find_misalignments
 
@@ -41,6 +41,5 @@ def restore_clip(model: RestoreModel | None, recorded: BodyMotion) -> RestoredPo
     found = restore_poses(model, recorded)
     if np.degrees(np.linalg.norm(found.constant, axis=-1)).mean() < MIN_MEAN_MISALIGNMENT_DEG:
         return RestoredPoses(recorded, None, ())
-    shortest, gap = (int(np.ceil(seconds * recorded.fps - 1e-6)) for seconds in (MIN_CONTACT_S, MIN_CONTACT_GAP_S))
-    contacts = np.stack([debounce_labels(found.contacts[:, side] > 0.5, shortest, gap) for side in (0, 1)], axis=1)
+    contacts = debounce_contacts(found.contacts[:, :2] > 0.5, recorded.fps)
     return RestoredPoses(found.motion, contacts, find_misalignments(found.constant, found.constant_std))

@@ -22,3 +22,8 @@ class ClipSelection:
         """Return for frames (B,) how many there are from each of them to the end of its clip, shape (B,)."""
         stops = torch.from_numpy(np.array([clip.start + clip.frames for clip in self.clips]))
         return stops[torch.searchsorted(stops, starts.contiguous(), right=True)] - starts
+
+
+def evenly_spaced(starts: torch.Tensor, most: int) -> torch.Tensor:
+    """Return at most ``most`` of the first frames of pieces (B,), evenly spaced over all of them."""
+    return starts[:: max(1, -(-len(starts) // most))]

@@ -14,6 +14,7 @@ from datasets.trackers.lower_body import LEG_JOINTS, ROTATION_6D_SIZE, from_rota
 from datasets.trackers.trackers import PELVIS_TRACKER
 from trainers.algorithms.learner_state import get_state, set_state
 from trainers.algorithms.schedules import exponential_schedule
+from trainers.supervised.clip_selection import evenly_spaced
 from trainers.supervised.lobstr_config import LobstrConfig
 from trainers.supervised.lobstr_data import LobstrData
 
@@ -38,7 +39,7 @@ class LobstrLearner:
                 raise InputError(
                     f"no {name} clip has {self._length} frames at 45 Hz; take longer clips or a smaller learner.predicted_frames"
                 )
-        self._scored = scored[:: max(1, -(-len(scored) // NUM_SCORED_PIECES))]
+        self._scored = evenly_spaced(scored, NUM_SCORED_PIECES)
         starts = self._sample_starts(NUM_NORMALISATION_PIECES)
         self.model.fit_normalisation(self._features(starts, noisy=True), self._frames.poses[starts])
         self.optimiser = torch.optim.Adam(self.model.parameters(), lr=self.config.learning_rate)

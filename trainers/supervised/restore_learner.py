@@ -15,6 +15,7 @@ from datasets.motion.humanoid import FOOT_AND_TOE_BODIES
 from datasets.motion.rotation import conjugate, multiply, rotate, to_rotation_vector
 from trainers.algorithms.learner_state import get_state, set_state
 from trainers.algorithms.schedules import cosine_schedule
+from trainers.supervised.clip_selection import evenly_spaced
 from trainers.supervised.restore_augmentation import augment_windows
 from trainers.supervised.restore_config import RestoreConfig
 from trainers.supervised.restore_data import RestoreData, RestoreFrames
@@ -41,7 +42,7 @@ class RestoreLearner:
         for name, starts in (("training", self._starts), ("held-out", scored)):
             if not len(starts):
                 raise InputError(f"no {name} clip lasts {self.config.shortest_s:g} s; take longer clips or a smaller learner.shortest_s")
-        self._scored = scored[:: max(1, -(-len(scored) // NUM_SCORED_WINDOWS))]
+        self._scored = evenly_spaced(scored, NUM_SCORED_WINDOWS)
         self._scored_lengths = data.holdout.frames_left(self._scored).clamp(max=self._window)
         windows, mask = self._draw_windows(NUM_NORMALISATION_WINDOWS)
         self.model.fit_normalisation(augment_windows(self.config, windows, self.random).captured, mask)
@@ -127,9 +128,9 @@ class RestoreLearner:
             ),
         }
         loss = sum((getattr(self.config, f"{name}_weight") * value for name, value in losses.items()), torch.zeros(()))
-        right = ((predicted.contacts[..., :2] > 0.0) == (windows.contacts[..., :2] > 0.5)).float().mean(-1)
         if torch.is_grad_enabled():
             return {"loss": loss}
+        right = ((predicted.contacts[..., :2] > 0.0) == (windows.contacts[..., :2] > 0.5)).float().mean(-1)
         return {
             "loss": loss,
             "restored_error_mm": 1000.0 * losses["position"],

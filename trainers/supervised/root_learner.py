@@ -12,6 +12,7 @@ from configs.errors import InputError
 from datasets.imu.root_features import ROOT_RATE_HZ, to_heading_frame
 from trainers.algorithms.learner_state import get_state, set_state
 from trainers.algorithms.schedules import linear_schedule
+from trainers.supervised.clip_selection import evenly_spaced
 from trainers.supervised.root_config import RootConfig
 from trainers.supervised.root_data import PackedClips, RootData
 
@@ -30,7 +31,7 @@ class RootLearner:
         self.model = RootModel(config.model)
         self.random = torch.Generator().manual_seed(config.seed)
         self._training, self._starts = data.training, data.training.window_starts(config.model.window * config.learner.sequence)
-        self._holdout, self._scored = data.holdout, _evenly_spaced_windows(data.holdout, config.model.window)
+        self._holdout, self._scored = data.holdout, evenly_spaced(data.holdout.window_starts(config.model.window), NUM_SCORED_WINDOWS)
         needed = {
             "training": (self._starts, config.model.window * config.learner.sequence),
             "held-out": (self._scored, config.model.window),
@@ -121,9 +122,3 @@ class RootLearner:
     def set_state(self, state: dict[str, Any]) -> None:
         """Return to a state that ``get_state`` returned."""
         set_state(self.model, self.optimiser, self.random, state)
-
-
-def _evenly_spaced_windows(clips: PackedClips, window: int) -> torch.Tensor:
-    """Return the first frames of up to ``NUM_SCORED_WINDOWS`` windows, evenly spaced over all clips."""
-    starts = clips.window_starts(window)
-    return starts[:: max(1, -(-len(starts) // NUM_SCORED_WINDOWS))]
