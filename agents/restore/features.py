@@ -8,9 +8,10 @@ import torch
 from agents.restore.kinematics import joint_positions, sole_positions
 from agents.restore.spec import RESTORE_RATE_HZ
 from datasets.motion.humanoid import BODY_COUNT
-from datasets.motion.rotation import conjugate, multiply, rotate, to_matrix
+from datasets.motion.rotation import Constant, conjugate, multiply, rotate, to_matrix
 
 NUM_SOLES = 6
+_ABOUT_VERTICAL = Constant([1.0, 0.0, 0.0, 1.0])  # components of a quaternion
 # Two axes of each body; positions and velocities of joints and sole points; the latter's heights over and velocities against the
 # lowest; the turning rate.
 FEATURE_COUNT = BODY_COUNT * 6 + (BODY_COUNT - 1 + NUM_SOLES) * 6 + NUM_SOLES * 4 + 1
@@ -18,7 +19,7 @@ FEATURE_COUNT = BODY_COUNT * 6 + (BODY_COUNT - 1 + NUM_SOLES) * 6 + NUM_SOLES * 
 
 def heading_rotation(rotations: torch.Tensor) -> torch.Tensor:
     """Return the part about the vertical (..., 4) of rotations (..., 4); a body that bends over keeps its heading."""
-    kept = rotations * rotations.new_tensor([1.0, 0.0, 0.0, 1.0])
+    kept = rotations * _ABOUT_VERTICAL.like(rotations)
     return kept / (kept.square().sum(-1, keepdim=True) + 1e-12).sqrt()
 
 

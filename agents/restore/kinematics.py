@@ -3,35 +3,36 @@
 Rotations are wxyz, shape (..., 20, 4); positions are relative to the pelvis' origin [m], shape (..., 20, 3).
 """
 
+import numpy as np
 import torch
 
 from datasets.motion.humanoid import BODIES, BODY_COUNT, SKELETON
 from datasets.motion.kinematics import SOLE_BODIES, SOLE_POINT_OFFSETS
-from datasets.motion.rotation import conjugate, from_rotation_vector, multiply, rotate
+from datasets.motion.rotation import Constant, conjugate, from_rotation_vector, multiply, rotate
 
 _PARENTS = list(SKELETON.parents[1:])
-_OFFSETS = torch.tensor(SKELETON.offsets[1:], dtype=torch.float32)
+_OFFSETS = Constant(SKELETON.offsets[1:])
 _HINGED = [(index, SKELETON.parents[index], body.hinges) for index, body in enumerate(BODIES) if index and len(body.hinges) < 3]
 
 
-def _ancestors() -> torch.Tensor:
+def _ancestors() -> np.ndarray:
     """Return for each body (20) which of the 19 bones lead to it from the pelvis, 0 or 1."""
-    bones = torch.zeros(BODY_COUNT, BODY_COUNT - 1)
+    bones = np.zeros((BODY_COUNT, BODY_COUNT - 1))
     for body in range(1, BODY_COUNT):
         bones[body] = bones[SKELETON.parents[body]]
         bones[body, body - 1] = 1.0
     return bones
 
 
-_ANCESTORS = _ancestors()
-_SOLE_OFFSETS = torch.tensor(SOLE_POINT_OFFSETS, dtype=torch.float32)
+_ANCESTORS = Constant(_ancestors())
+_SOLE_OFFSETS = Constant(SOLE_POINT_OFFSETS)
 
 
 def joint_positions(rotations: torch.Tensor) -> torch.Tensor:
     """Return the origins of the bodies relative to the pelvis'."""
     parents = rotations[..., _PARENTS, :]
-    bones = rotate(parents, _OFFSETS.expand(*parents.shape[:-1], 3))
-    return _ANCESTORS @ bones
+    bones = rotate(parents, _OFFSETS.like(rotations).expand(*parents.shape[:-1], 3))
+    return _ANCESTORS.like(rotations) @ bones
 
 
 def sole_positions(joints: torch.Tensor, rotations: torch.Tensor) -> torch.Tensor:
@@ -41,7 +42,7 @@ def sole_positions(joints: torch.Tensor, rotations: torch.Tensor) -> torch.Tenso
         joints: Origins of the bodies relative to the pelvis', from ``joint_positions``.
         rotations: Rotations of the bodies in the world.
     """
-    offsets = _SOLE_OFFSETS.expand(*joints.shape[:-2], len(SOLE_BODIES), 3)
+    offsets = _SOLE_OFFSETS.like(rotations).expand(*joints.shape[:-2], len(SOLE_BODIES), 3)
     return joints[..., SOLE_BODIES, :] + rotate(rotations[..., SOLE_BODIES, :], offsets)
 
 

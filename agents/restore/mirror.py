@@ -4,20 +4,22 @@ import torch
 
 from agents.restore.model import RestorePrediction
 from datasets.motion.mirror import MIRRORED_QUATERNION, OTHER_SIDE
+from datasets.motion.rotation import Constant
 
 _CONTACTS = [1, 0, 4, 5, 2, 3]
-_VECTOR = (-1.0, 1.0, -1.0)  # of rotations
-_ROOT = (1.0, 1.0, -1.0)  # height, velocity ahead and to the left
+_QUATERNION = Constant(MIRRORED_QUATERNION)
+_VECTOR = Constant([-1.0, 1.0, -1.0])  # of rotations
+_ROOT = Constant([1.0, 1.0, -1.0])  # height, velocity ahead and to the left
 
 
 def mirror_rotations(rotations: torch.Tensor) -> torch.Tensor:
     """Return the rotations (..., 20, 4) of the mirrored bodies."""
-    return rotations[..., OTHER_SIDE, :] * rotations.new_tensor(MIRRORED_QUATERNION)
+    return rotations[..., OTHER_SIDE, :] * _QUATERNION.like(rotations)
 
 
 def mirror_vectors(vectors: torch.Tensor) -> torch.Tensor:
     """Return the rotation vectors (..., 20, 3) of the mirrored bodies, in their own frames."""
-    return vectors[..., OTHER_SIDE, :] * vectors.new_tensor(_VECTOR)
+    return vectors[..., OTHER_SIDE, :] * _VECTOR.like(vectors)
 
 
 def mirror_contacts(contacts: torch.Tensor) -> torch.Tensor:
@@ -27,7 +29,7 @@ def mirror_contacts(contacts: torch.Tensor) -> torch.Tensor:
 
 def mirror_root(root: torch.Tensor) -> torch.Tensor:
     """Return the mirrored height and velocity of the pelvis (..., 3)."""
-    return root * root.new_tensor(_ROOT)
+    return root * _ROOT.like(root)
 
 
 def mirror_prediction(said: RestorePrediction) -> RestorePrediction:

@@ -13,6 +13,7 @@ from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import SKELETON
 from datasets.motion.kinematics import body_poses, resample
 from datasets.motion.rotation import conjugate, multiply, normalise
+from datasets.motion.smoothing import smooth_motion
 
 BATCH_WINDOWS = 32  # that go through the network at once
 _PARENTS = list(SKELETON.parents[1:])
@@ -44,11 +45,14 @@ def restore_poses(model: RestoreModel, clip: BodyMotion) -> Restoration:
     A clip longer than the network's window is seen in windows that overlap by half. What they say of the constants is averaged, each with
     the weight of its precision; everything else fades from one window to the next.
 
+    The network sees the smoothed clip: how much a recording moves above a few hertz tells its capture system, and not its faults.
+    The corrections are those of the clip itself, whose quick movements stay.
+
     Args:
         model: Trained network.
         clip: Clip of any length and rate; its root path is not used.
     """
-    rotations = torch.from_numpy(body_poses(resample(clip, RESTORE_RATE_HZ))[1].astype(np.float32))
+    rotations = torch.from_numpy(body_poses(resample(smooth_motion(clip), RESTORE_RATE_HZ))[1].astype(np.float32))
     frames, window = len(rotations), model.spec.window
     last = max(frames - window, 0) // PATCH_FRAMES * PATCH_FRAMES
     starts = torch.tensor([*range(0, last, window // 2 // PATCH_FRAMES * PATCH_FRAMES or PATCH_FRAMES), last])

@@ -202,9 +202,14 @@ class MotionLibrary:
         return _reference(self.table[rows])
 
 
+def table_parts(table: Array) -> dict[str, Array]:
+    """Return the parts of table rows (N, W) by name, as views of them."""
+    return {name: table[:, columns].reshape(view) for name, columns, view in zip(_SHAPES, _COLUMNS, _VIEWS, strict=True)}
+
+
 def _reference(table: Array) -> Reference:
     """Return the parts of table rows (N, W), as views of them."""
-    parts = [table[:, columns].reshape(shape) for columns, shape in zip(_COLUMNS, _VIEWS, strict=True)]
+    parts = list(table_parts(table).values())
     rewarded = (part.swapaxes(1, -1).swapaxes(2, -1) if part.ndim == 4 else part.mT for part in parts[_OBSERVED:-1])
     return Reference(Observed(*parts[:_OBSERVED]), Rewarded(*rewarded), parts[-1])
 

@@ -12,11 +12,16 @@ OTHER_SIDE = [BODY_NAMES.index(name[:-2] + _PARTNERS.get(name[-2:], name[-2:])) 
 MIRRORED_QUATERNION = (1.0, -1.0, 1.0, -1.0)
 
 
+def mirrored_name(name: str) -> str:
+    """Return the name of a clip's mirror image."""
+    return f"{name}_mirrored"
+
+
 def mirror_motion(motion: BodyMotion) -> BodyMotion:
     """Return the clip mirrored at the plane y = 0: y becomes -y, and the sides of the body change places."""
     return replace(
         motion,
-        name=f"{motion.name}_mirrored",
+        name=mirrored_name(motion.name),
         root_position=motion.root_position * [1.0, -1.0, 1.0],
         local_rotations=motion.local_rotations[:, OTHER_SIDE] * MIRRORED_QUATERNION,
     )

@@ -34,7 +34,8 @@ class Constant:
         key = (x.device, x.dtype)
         if key not in self._tensors:
             own = None if self._values.dtype.kind == "i" else x.dtype
-            self._tensors[key] = array_namespace(x).tensor(self._values, device=x.device, dtype=own)
+            with array_namespace(x).inference_mode(False):  # what is made within it, no gradient may pass later
+                self._tensors[key] = array_namespace(x).tensor(self._values, device=x.device, dtype=own)
         return self._tensors[key]
 
 

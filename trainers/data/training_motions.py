@@ -10,13 +10,13 @@ import numpy as np
 from configs.errors import InputError
 from configs.process_pool import map_on_cores
 from datasets.imu.suit_simulation import simulate_suit
+from datasets.library.mirrored_library import with_mirrored_clips
 from datasets.library.motion_library import MotionLibrary
 from datasets.library.sampling_weights import clip_sampling_weights
 from datasets.library.sources import ROUGH_GROUND_KINDS, SYNTHETIC_SOURCE, SourceMotion, load_clips, load_source_motions
 from datasets.library.splits import clips_fingerprint, resolve_holdout
 from datasets.motion.clip import BodyMotion
 from datasets.motion.discontinuities import split_at_discontinuities
-from datasets.motion.mirror import mirror_motion
 from datasets.retarget.joint_mapping import read_mapping
 from envs.physics.inverse_dynamics import with_feed_forward
 from trainers.data.motion_cache import PreparedClips, prepare_cached
@@ -95,12 +95,9 @@ def build_library(config: DataConfig, log: Callable[[str], None]) -> MotionLibra
         by = "Root3D" if roots.reconstructed else "the suit's software"
         poses = "restored poses" if config.restore else "poses as captured"
         log(f"{len(suited)} recordings through simulated IMU suits of severity {config.suit_severity:g}: {poses}, roots by {by}")
-    clips, clean = [*usable, *suited], [*usable, *clean_clips]
-    if config.mirror:
-        twins = [mirror_motion(clip) for clip in clips]
-        clips, clean = [*clips, *twins], [*clean, *twins[: len(usable)], *map(mirror_motion, clean_clips)]
-    library = MotionLibrary.from_clips(clips, clean, config.reward_target == CLEAN)
-    return with_feed_forward(library, progress_bar("torques of the clips"))
+    library = MotionLibrary.from_clips([*usable, *suited], [*usable, *clean_clips], config.reward_target == CLEAN)
+    library = with_feed_forward(library, progress_bar("torques of the clips"))
+    return with_mirrored_clips(library) if config.mirror else library
 
 
 def simulate_suits(clips: list[BodyMotion], config: DataConfig) -> tuple[list[BodyMotion], list[BodyMotion]]:

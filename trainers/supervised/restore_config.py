@@ -47,7 +47,9 @@ class RestoreLearnerConfig:
         convention: Largest standard deviation of constant rotations of both clips, the same left and right and pitch alone on the
             middle bodies, as skeletons differ in what zero is [rad].
         mirror: Whether half of the windows are mirrored.
-        exchange_share: Share of the windows that get the upper body of another one.
+        exchange_share: Share of the windows that get their trunk and head, their left or their right arm from another one, each drawn
+            on its own.
+        sway: Largest standard deviation of slow rotations of the joints above the pelvis, the same of both clips [rad].
         shortest_s: Duration of the shortest pieces [s]; half of the windows hold a piece of a random length from there on.
         position_weight: Weight of the loss of joint positions [1/m].
         velocity_weight: Weight of the loss of joint velocities [s/m].
@@ -69,6 +71,7 @@ class RestoreLearnerConfig:
     convention: float = 0.2
     mirror: bool = True
     exchange_share: float = 0.5
+    sway: float = 0.0
     shortest_s: float = 1.0
     position_weight: float = 10.0
     velocity_weight: float = 0.5
@@ -89,7 +92,7 @@ class RestoreLearnerConfig:
         require(0.0 <= self.clean_share < 1.0, "learner.clean_share", self.clean_share, "from 0 up to but not 1")
         require(0.0 <= self.exchange_share <= 1.0, "learner.exchange_share", self.exchange_share, "from 0 to 1")
         weights = [name for name in vars(self) if name.endswith("_weight")]
-        for name in ("weight_decay", "added_misalignment", "convention", *weights):
+        for name in ("weight_decay", "added_misalignment", "convention", "sway", *weights):
             require(getattr(self, name) >= 0.0, f"learner.{name}", getattr(self, name), "0 or more")
 
 
@@ -99,6 +102,7 @@ class RestoreConfig(RunConfig):
 
     Attributes:
         learns: "restore", which tells this config from others that ``trainers.supervised`` takes.
+        device: Device of the learner: "cpu", "cuda", or "auto", the GPU where there is one.
         data: Motion.
         model: Network.
         learner: Updates.
@@ -106,6 +110,7 @@ class RestoreConfig(RunConfig):
 
     learns: str = "restore"
     name: str = "restore"
+    device: str = "auto"
     data: RestoreDataConfig = field(default_factory=RestoreDataConfig)
     model: RestoreSpec = field(default_factory=RestoreSpec)
     learner: RestoreLearnerConfig = field(default_factory=RestoreLearnerConfig)
@@ -116,4 +121,5 @@ class RestoreConfig(RunConfig):
     def __post_init__(self) -> None:
         """Check the values."""
         require(self.learns == "restore", "learns", f"'{self.learns}'", "restore in a restoring network's config")
+        require(self.device in ("auto", "cpu", "cuda"), "device", f"'{self.device}'", "auto, cpu or cuda")
         super().__post_init__()

@@ -21,6 +21,7 @@ from datasets.library.splits import clips_fingerprint, resolve_holdout
 from datasets.motion.clip import FPS, BodyMotion
 from datasets.motion.kinematics import body_poses, linear_velocity, sole_points
 from datasets.motion.rotation import from_yaw, heading, rotate
+from datasets.motion.smoothing import smooth_motion
 from datasets.synthetic.clips import synthetic_clips
 from trainers.data.motion_cache import PreparedClips, prepare_cached
 from trainers.runs.run_log import progress_bar
@@ -127,15 +128,18 @@ def _prepare_take(config: RestoreDataConfig, one: tuple[BodyMotion, int, np.rand
 
 
 def restore_frames(captured: BodyMotion, truth: BodyMotion) -> RestoreFrames:
-    """Return the frames of a captured clip and the true one, both at 60 fps, as arrays."""
+    """Return the frames of a captured clip and the true one, both at 60 fps, as arrays.
+
+    The rotations of both are those of the smoothed clips (see ``restore_poses``); contacts and root are the true clip's own.
+    """
     positions, rotations = body_poses(truth)
-    captured_rotations = body_poses(captured)[1]
+    captured_rotations, smooth_rotations = (body_poses(smooth_motion(clip))[1] for clip in (captured, truth))
     # Velocities in the true pelvis' heading are the same in whatever direction the whole clip is turned.
     ahead = from_yaw(-heading(rotations[:, 0]))
     velocity = rotate(ahead, linear_velocity(truth.root_position, truth.fps))
     tracks = (
         captured_rotations,
-        follow_heading(rotations, captured_rotations, truth.fps),
+        follow_heading(smooth_rotations, captured_rotations, truth.fps),
         sole_contacts(truth, positions, rotations),
         np.column_stack([truth.root_position[:, 2], velocity[:, :2]]),
     )

@@ -15,6 +15,7 @@ from datasets.motion.humanoid import FOOT_AND_TOE_BODIES
 from datasets.motion.rotation import conjugate, multiply, rotate, to_rotation_vector
 from trainers.algorithms.learner_state import get_state, set_state
 from trainers.algorithms.schedules import cosine_schedule
+from trainers.runs.device import allow_tf32, resolve_device
 from trainers.supervised.clip_selection import evenly_spaced
 from trainers.supervised.restore_augmentation import augment_windows
 from trainers.supervised.restore_config import RestoreConfig
@@ -34,10 +35,11 @@ class RestoreLearner:
     def __init__(self, config: RestoreConfig, data: RestoreData) -> None:
         """Build everything from the run's seed."""
         torch.manual_seed(config.seed)
-        self.config = config.learner
-        self.model = RestoreModel(config.model)
-        self.random = torch.Generator().manual_seed(config.seed)
-        self._frames, self._clips, self._window = data.frames, data.training, config.model.window
+        self.config, self.device = config.learner, resolve_device(config.device)
+        self.model = RestoreModel(config.model).to(self.device)
+        self.random = torch.Generator().manual_seed(config.seed)  # of the CPU: a run may go on on another device
+        self._frames = RestoreFrames(*(track.to(self.device) for track in data.frames))
+        self._clips, self._window = data.training, config.model.window
         self._starts, scored = (clips.window_starts(self._shortest) for clips in (data.training, data.holdout))
         for name, starts in (("training", self._starts), ("held-out", scored)):
             if not len(starts):
@@ -73,9 +75,10 @@ class RestoreLearner:
             group["lr"] = self.learning_rate(progress)
         windows, mask = self._draw_windows(self.config.batch)
         windows = augment_windows(self.config, windows, self.random)
-        loss = self._losses(self.model.train()(windows.captured, mask), windows, mask)["loss"]
-        self.optimiser.zero_grad()
-        loss.backward()
+        with allow_tf32(self.device):
+            loss = self._losses(self.model.train()(windows.captured, mask), windows, mask)["loss"]
+            self.optimiser.zero_grad()
+            loss.backward()
         nn.utils.clip_grad_norm_(self.model.parameters(), MAX_GRADIENT_NORM)
         self.optimiser.step()
         return loss.detach()
@@ -127,7 +130,7 @@ class RestoreLearner:
                 inside,
             ),
         }
-        loss = sum((getattr(self.config, f"{name}_weight") * value for name, value in losses.items()), torch.zeros(()))
+        loss = sum((getattr(self.config, f"{name}_weight") * value for name, value in losses.items()), truth.new_zeros(()))
         if torch.is_grad_enabled():
             return {"loss": loss}
         right = ((predicted.contacts[..., :2] > 0.0) == (windows.contacts[..., :2] > 0.5)).float().mean(-1)
@@ -162,8 +165,8 @@ class RestoreLearner:
         """Return windows of ``frames`` frames from ``starts`` (B,) on and their masks (B, T), in which ``lengths`` (B,) frames count."""
         steps = torch.arange(frames)
         mask = steps < lengths[:, None]
-        rows = starts[:, None] + torch.minimum(steps, lengths[:, None] - 1)
-        return RestoreFrames(*(track[rows] for track in self._frames)), mask
+        rows = (starts[:, None] + torch.minimum(steps, lengths[:, None] - 1)).to(self.device)
+        return RestoreFrames(*(track[rows] for track in self._frames)), mask.to(self.device)
 
     def get_state(self) -> dict[str, Any]:
         """Return everything that the next update depends on."""
