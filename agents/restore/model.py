@@ -48,16 +48,15 @@ class RestorePrediction(NamedTuple):
 class _Block(nn.Module):
     """Residual block: normalisation and a dilated convolution over three steps, as one matrix."""
 
-    def __init__(self, channels: int, dilation: int, dropout: float) -> None:
+    def __init__(self, channels: int, dilation: int) -> None:
         super().__init__()
         self.dilation = dilation
         self.norm = nn.LayerNorm(channels)
-        self.dropout = nn.Dropout(dropout)
         self.mix = nn.Linear(3 * channels, channels)
 
     def forward(self, x: torch.Tensor, mask: torch.Tensor) -> torch.Tensor:
         """Return (B, S, C) from (B, S, C); steps outside the clip stay out of the convolution."""
-        seen = functional.pad(self.dropout(functional.relu(self.norm(x))) * mask, (0, 0, self.dilation, self.dilation))
+        seen = functional.pad(functional.relu(self.norm(x)) * mask, (0, 0, self.dilation, self.dilation))
         steps = x.shape[1]
         near = [seen[:, at : at + steps] for at in (0, self.dilation, 2 * self.dilation)]
         return x + self.mix(torch.cat(near, dim=-1))
@@ -76,7 +75,7 @@ class RestoreModel(nn.Module):
         self.register_buffer("feature_mean", torch.zeros(FEATURE_COUNT))
         self.register_buffer("feature_std", torch.ones(FEATURE_COUNT))
         self.enter = nn.Linear(PATCH_FRAMES * FEATURE_COUNT, c)
-        self.blocks = nn.ModuleList(_Block(c, dilation, spec.dropout) for dilation in spec.dilations)
+        self.blocks = nn.ModuleList(_Block(c, dilation) for dilation in spec.dilations)
         self.feedback = nn.ModuleDict(
             {str(at): nn.Sequential(nn.Linear(2 * c, c), nn.ReLU(), nn.Linear(c, c)) for at in spec.pooled_blocks}
         )

@@ -18,14 +18,12 @@ class RestoreSpec:
         channels: Width of the network.
         dilations: Dilation of each residual block's convolution, in steps of ``PATCH_FRAMES`` frames.
         pooled_blocks: Indices of the blocks before which mean and deviation over the window are fed back.
-        dropout: Share of each block's inputs that are left out in training.
     """
 
     window: int = 120
     channels: int = 192
     dilations: tuple[int, ...] = (1, 2, 4, 8, 16, 1, 2, 4)
     pooled_blocks: tuple[int, ...] = (2, 4, 6)
-    dropout: float = 0.0
 
     def __post_init__(self) -> None:
         """Check the values; OmegaConf and JSON give lists instead of tuples."""
@@ -34,5 +32,4 @@ class RestoreSpec:
         whole = self.window >= PATCH_FRAMES and self.window % PATCH_FRAMES == 0
         require(whole, "model.window", self.window, f"a positive multiple of {PATCH_FRAMES} frames")
         require(self.channels >= 1, "model.channels", self.channels, "1 or more")
-        require(0.0 <= self.dropout < 1.0, "model.dropout", self.dropout, "from 0 up to but not 1")
         require(bool(self.dilations) and min(self.dilations) >= 1, "model.dilations", list(self.dilations), "numbers of 1 or more")

@@ -113,13 +113,14 @@ def _sway(captured: torch.Tensor, truth: torch.Tensor, scale: torch.Tensor, rand
     )
     parents = [SKELETON.parents[body] for body in _SWAYING]
     own = from_rotation_vector(rotate(truth[:, :, parents], turns.to(device)))
-    turned = {0: None}  # of each body in the world
+    turned: dict[int, torch.Tensor] = {}  # of each body that turns, in the world
     for body in _UPPER:
-        before = turned[SKELETON.parents[body]]
+        parent = SKELETON.parents[body]
         if body in _SWAYING:
             turn = own[:, :, _SWAYING.index(body)]
-            before = turn if before is None else multiply(before, turn)
-        turned[body] = before
+            turned[body] = multiply(turned[parent], turn) if parent in turned else turn
+        else:  # elbows and wrists stay as they are
+            turned[body] = turned[parent]
     upper = torch.stack([turned[body] for body in _UPPER], dim=2)
 
     def apply(rotations: torch.Tensor) -> torch.Tensor:

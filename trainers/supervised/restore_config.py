@@ -70,8 +70,8 @@ class RestoreLearnerConfig:
     added_misalignment: float = 0.1
     convention: float = 0.2
     mirror: bool = True
-    exchange_share: float = 0.5
-    sway: float = 0.0
+    exchange_share: float = 1.0
+    sway: float = 0.15
     shortest_s: float = 1.0
     position_weight: float = 10.0
     velocity_weight: float = 0.5

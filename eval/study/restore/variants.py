@@ -24,7 +24,8 @@ INGREDIENTS = (
     Ingredient("no conventions", ("learner.convention=0",)),
     Ingredient("no clean clips", ("learner.clean_share=0",)),
     Ingredient("not mirrored", ("learner.mirror=false",)),
-    Ingredient("no exchanged upper bodies", ("learner.exchange_share=0",)),
+    Ingredient("no exchanged limbs", ("learner.exchange_share=0",)),
+    Ingredient("no sway", ("learner.sway=0",)),
     Ingredient("whole windows alone", ("learner.shortest_s=4",)),
     Ingredient("no made-up people", ("data.synthetic_sets=0",)),
 )
