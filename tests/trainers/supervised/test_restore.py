@@ -25,8 +25,10 @@ from trainers.supervised.restore_augmentation import augment_windows, symmetric_
 from trainers.supervised.restore_config import RestoreConfig, RestoreDataConfig, RestoreLearnerConfig
 from trainers.supervised.restore_data import RestoreFrames, restore_frames
 
-PLAIN = RestoreLearnerConfig(clean_share=0.0, added_misalignment=0.0, convention=0.0, mirror=False, exchange_share=0.0)
+PLAIN = RestoreLearnerConfig(clean_share=0.0, added_misalignment=0.0, convention=0.0, mirror=False, exchange_share=0.0, sway=0.0)
 CHEST, THIGH, FOOT_L, FOOT_R = (BODY_NAMES.index(name) for name in ("chest", "thigh_l", "foot_l", "foot_r"))
+UPPER_ARM, FOREARM = BODY_NAMES.index("upper_arm_l"), BODY_NAMES.index("forearm_l")
+TRUNKS_CHANGE_PLACES = 0  # seed with which two windows exchange their trunks
 NUM_UPDATES = 10
 
 
@@ -117,17 +119,31 @@ def test_a_mirrored_window_is_that_of_the_mirrored_clip() -> None:
     assert torch.allclose(found.root[0], mirrored.root[0], atol=1e-5)
 
 
-def test_an_exchanged_upper_body_faces_where_the_pelvis_does() -> None:
+def test_an_exchanged_trunk_faces_where_the_pelvis_does() -> None:
     walks = windows([lively(0, 0, 80), lively(1, 0, 80)])
     turn = from_yaw(np.array(1.0, dtype=np.float32))
     turned = torch.from_numpy(turn).expand(walks.truth[1].shape)
     walks.truth[1], walks.captured[1] = multiply(turned, walks.truth[1]), multiply(turned, walks.captured[1])
-    random = torch.Generator().manual_seed(3)  # of the two windows each is the other's partner
+    random = torch.Generator().manual_seed(TRUNKS_CHANGE_PLACES)
     found = augment_windows(replace(PLAIN, exchange_share=1.0), walks, random)
     own, other = windows([lively(0, 0, 80), lively(1, 0, 80)]).captured
     assert torch.allclose((found.captured[0, :, FOOT_L] * own[:, FOOT_L]).sum(-1).abs(), torch.ones(40), atol=1e-5)
     # ``lively`` turns at the same rate whatever its seed, so the other's chest is turned back by the 1 rad that it was turned by.
     assert torch.allclose((found.captured[0, :, CHEST] * other[:, CHEST]).sum(-1).abs(), torch.ones(40), atol=1e-5)
+
+
+def test_sway_moves_the_upper_body_of_both_clips_and_leaves_legs_faults_and_elbows() -> None:
+    before = windows([lively(0, 0, 80)])
+    found = augment_windows(replace(PLAIN, sway=0.5), before, torch.Generator().manual_seed(0))
+    moved = 1.0 - (found.captured * before.captured).sum(-1).abs()
+    assert moved[:, :, [0, THIGH, FOOT_L, FOOT_R]].max() < 1e-6
+    assert moved[:, :, CHEST].mean() > 1e-4
+    assert found.captured.diff(dim=1).abs().max() < 2.0 * before.captured.diff(dim=1).abs().max()  # slowly
+    fault = multiply(conjugate(found.truth), found.captured[:, ::PATCH_FRAMES])
+    fault_before = multiply(conjugate(before.truth), before.captured)[:, ::PATCH_FRAMES]
+    assert torch.allclose((fault * fault_before).sum(-1).abs(), torch.ones(1, 20, BODY_COUNT), atol=1e-5)
+    elbow, elbow_before = (multiply(conjugate(one.captured[:, :, UPPER_ARM]), one.captured[:, :, FOREARM]) for one in (found, before))
+    assert torch.allclose((elbow * elbow_before).sum(-1).abs(), torch.ones(1, 40), atol=1e-5)
 
 
 def test_a_clean_window_shows_the_truth() -> None:
