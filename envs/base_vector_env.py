@@ -32,7 +32,8 @@ class MimicVectorEnvBase(VectorEnv):
     Attributes:
         physics: Physics backend, see ``envs.physics.engine_interface``.
         physics_failures: Number of worlds in which physics failed until now.
-        assist_force_bw: Largest assisting force on the root [body weights]; 0 but in trainings that set it.
+        assist_force_bw: Largest assisting force on the root [body weights]; 0 unless a training or a search sets it.
+        assist_wrench: Force and torque on the pelvis in the last control step, world axes, shape (N, 6) [N, Nm]; None where none ever did.
     """
 
     physics: Any
@@ -84,6 +85,7 @@ class MimicVectorEnvBase(VectorEnv):
         self._metrics = EpisodeMetrics(num_envs, to_device)
         self._state = WorldState.zeros(num_envs, self.task.action_size, to_device)
         self.assist_force_bw, self._is_wrench_set = 0.0, False
+        self.assist_wrench: Array | None = None
 
     @property
     def library_rows(self) -> Array:
@@ -109,7 +111,8 @@ class MimicVectorEnvBase(VectorEnv):
         action = self._actuation.smooth(raw_action, before.action)
         if self.assist_force_bw or self._is_wrench_set:  # a wrench acts until another one is set
             observed = self.library.at(before.row).observed
-            self.physics.set_root_wrench(root_assist_wrench(self.physics.bodies(), observed, self.assist_force_bw))
+            self.assist_wrench = root_assist_wrench(self.physics.bodies(), observed, self.assist_force_bw)
+            self.physics.set_root_wrench(self.assist_wrench)
             self._is_wrench_set = self.assist_force_bw > 0.0
         end = self._clip_end[before.clip]
         row = array_namespace(end).minimum(before.row + FRAMES_PER_STEP, end)  # a world that ended and was not reset holds the last frame

@@ -3,6 +3,7 @@
 import argparse
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import torch
@@ -18,6 +19,7 @@ from datasets.retarget.joint_mapping import JointMapping, read_mapping
 from eval.clean.pipeline import STAGES, CleaningPipeline
 from eval.clean.report import write_clip_report, write_folder_report
 from eval.clean.result import CleaningResult
+from eval.clean.samcon import ASSIST_FORCE_BW
 from eval.pages.output_files import check_writable, reporting_write_errors
 from trainers.runs.run_log import make_console
 
@@ -93,7 +95,9 @@ def _line(file: Path, out: Path, cleaned: CleaningResult, seconds: float) -> str
     trusted = 100.0 * float(cleaned.confidence.mean())
     told = "".join(f"\n  {notice}" for notice in cleaned.notices)
     restarted = f", restarted {len(cleaned.restarts)} times" if cleaned.restarts else ""
-    return f"{file.name} -> {out}: {cleaned.before.seconds:.1f} s in {seconds:.1f} s; {trusted:.0f} % of it is physics{restarted}{told}"
+    helped = f", helped by {100.0 * cleaned.mean_assist:.1f} % of the body's weight" if cleaned.mean_assist else ""
+    physics = f"{trusted:.0f} % of it is physics{helped}{restarted}"
+    return f"{file.name} -> {out}: {cleaned.before.seconds:.1f} s in {seconds:.1f} s; {physics}{told}"
 
 
 def main(arguments: list[str] | None = None, prog: str = "python -m eval.clean") -> int:
@@ -105,6 +109,13 @@ def main(arguments: list[str] | None = None, prog: str = "python -m eval.clean")
     parser.add_argument("--mapping", type=Path, metavar="FILE", help="YAML that names joints, unit or up axis, as in 'thigh_l: LeftUpLeg'")
     parser.add_argument("--policy", type=Path, metavar="FILE", default=PRETRAINED_POLICY, help="another policy than the package's")
     parser.add_argument("--without", choices=STAGES, action="append", default=[], help="leave a stage out; may be given twice")
+    parser.add_argument(
+        "--assist",
+        type=float,
+        metavar="SHARE",
+        default=ASSIST_FORCE_BW,
+        help="largest force that helps the simulated body on its pelvis, as a share of its weight (default %(default)s; 0: none)",
+    )
     parser.add_argument("--threads", type=int, metavar="N", default=available_cores(), help="cores to use (default: all, %(default)s here)")
     options = parser.parse_args(arguments)
     return run_command(lambda: _run(options))
@@ -115,7 +126,9 @@ def _run(options: argparse.Namespace) -> None:
         check_writable(options.report, "--report")
     if options.threads < 1:
         raise InputError(f"--threads {options.threads} should be 1 or more")
+    if not 0.0 <= options.assist <= 1.0:
+        raise InputError(f"--assist {options.assist:g} should be a share of the body's weight, from 0 to 1")
     torch.set_num_threads(options.threads)
     mapping = read_mapping(options.mapping) if options.mapping else None
-    pipeline = CleaningPipeline.load(options.threads, options.policy).without(options.without)
+    pipeline = replace(CleaningPipeline.load(options.threads, options.policy).without(options.without), assist_force_bw=options.assist)
     clean_files(options.source, options.out, options.report, pipeline, mapping)

@@ -24,6 +24,7 @@ from eval.clean.believed_root import locate_root
 from eval.clean.misalignments import misalignment_notice
 from eval.clean.restored_poses import RestoredPoses, restore_clip
 from eval.clean.result import CleaningResult
+from eval.clean.samcon import ASSIST_FORCE_BW
 from eval.clean.simulate_clip import SimulatedClip
 from eval.clean.stages import frame_mask, repair_kinematically, simulate_grounded_spans
 from trainers.algorithms.policy_file import load_policy
@@ -41,12 +42,14 @@ class CleaningPipeline:
         spec: Variant of the mimicking task.
         threads: Native threads of the simulation.
         restorer: Restoring network; None leaves the poses of suits as they were captured.
+        assist_force_bw: Largest force that helps the simulated body on its pelvis [body weights]; 0 is none.
     """
 
     policy: Policy | None
     spec: MimicSpec
     threads: int
     restorer: RestoreModel | None = None
+    assist_force_bw: float = ASSIST_FORCE_BW
 
     @classmethod
     def load(cls, threads: int, path: Path = PRETRAINED_POLICY) -> Self:
@@ -83,7 +86,7 @@ class CleaningPipeline:
         poses = restore_clip(self.restorer, recorded)
         rooted, off_feet = locate_root(poses.motion)
         repaired = repair_kinematically(rooted, off_feet, poses.contacts)
-        simulated = simulate_grounded_spans(self.policy, self.spec, repaired, off_feet, self.threads, poses.contacts)
+        simulated = simulate_grounded_spans(self.policy, self.spec, repaired, off_feet, self.threads, poses.contacts, self.assist_force_bw)
         at_own_rate = _to_recording_rate(simulated, off_feet, retargeted.motion)
         transferred = transfer_back(retargeted, at_own_rate.motion)  # own skeleton again
         output = lock_performer_feet(transferred, retargeted, at_own_rate.contacts, at_own_rate.level)
@@ -91,7 +94,16 @@ class CleaningPipeline:
         restarts = tuple(start / FPS for start in simulated.segment_starts[1:])
         notices = (*_pose_notices(poses), *_root_notices(rooted is not poses.motion, off_feet))
         result = CleaningResult(
-            name, recorded, cleaned, simulated.contacts, simulated.confidence, restarts, notices, poses.misalignments, truth
+            name,
+            recorded,
+            cleaned,
+            simulated.contacts,
+            simulated.confidence,
+            restarts,
+            simulated.assist,
+            notices,
+            poses.misalignments,
+            truth,
         )
         return to_performer_bvh(bvh, performer, output), result
 

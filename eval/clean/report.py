@@ -82,4 +82,5 @@ def _plots(cleaned: CleaningResult) -> list[tuple[str, Figure]]:
         *plot_artefacts(sides, kept, restarts),
         ("How far joints were moved", plot_over_time(moved, "from the input [mm]", fps, np.fmax, kept, restarts)),
         ("Confidence", sure),
+        ("Help on the pelvis", plot_over_time({"force": (cleaned.assist, RECORDED)}, "body weights", fps, np.fmax, kept, restarts)),
     ]

@@ -14,7 +14,7 @@ from eval.pages.artefact_plots import spans_in_seconds
 MAX_MOMENTS = 6  # pictures of the frames that were changed most
 MIN_MOMENT_GAP_S = 0.5  # s between two of them
 MIN_DEVIATION_M = 1e-3  # m, of a change that is worth a picture
-CSV_HEADER = "frame,seconds,confidence,kept,contact_left,contact_right,deviation_local_mm,deviation_world_mm"
+CSV_HEADER = "frame,seconds,confidence,kept,contact_left,contact_right,deviation_local_mm,deviation_world_mm,assist_bw"
 
 
 def collect_report_data(cleaned: CleaningResult) -> dict[str, Any]:
@@ -39,6 +39,7 @@ def collect_report_data(cleaned: CleaningResult) -> dict[str, Any]:
         },
         "kept": {"share": float(cleaned.kept.mean()), "spans": spans_in_seconds(cleaned.kept, fps)},
         "seams": list(cleaned.restarts),
+        "assist_bw": {"mean": cleaned.mean_assist, "largest": float(cleaned.assist.max())},
         "contact_rule": contact_agreement(cleaned.contacts[cleaned.simulated], contacts_by_height(cleaned.after)[cleaned.simulated]),
         "most_changed": find_most_changed_frames(cleaned),
         "misalignments": [asdict(one) for one in cleaned.misalignments],
@@ -65,10 +66,10 @@ def find_most_changed_frames(cleaned: CleaningResult) -> list[dict[str, Any]]:
 def frames_csv(cleaned: CleaningResult) -> str:
     """Return the table of all frames."""
     local, world = _deviations(cleaned)
-    rows = zip(cleaned.confidence, cleaned.kept, *cleaned.contacts.T, 1e3 * local, 1e3 * world, strict=True)
+    rows = zip(cleaned.confidence, cleaned.kept, *cleaned.contacts.T, 1e3 * local, 1e3 * world, cleaned.assist, strict=True)
     lines = [
-        f"{frame},{frame / cleaned.before.fps:.4f},{confidence:.3f},{kept:d},{left:d},{right:d},{near:.1f},{far:.1f}"
-        for frame, (confidence, kept, left, right, near, far) in enumerate(rows)
+        f"{frame},{frame / cleaned.before.fps:.4f},{confidence:.3f},{kept:d},{left:d},{right:d},{near:.1f},{far:.1f},{assist:.3f}"
+        for frame, (confidence, kept, left, right, near, far, assist) in enumerate(rows)
     ]
     return "\n".join([CSV_HEADER, *lines]) + "\n"
 

@@ -23,6 +23,7 @@ class CleaningResult:
             elsewhere, as detected by speed and height.
         confidence: Share of the simulation in each frame, 0 to 1; 0 where the repaired input was kept, shape (T,).
         restarts: Times at which the simulation began again [s].
+        assist: Force that helped on the pelvis in simulated frames [body weights], shape (T,).
         notices: Lines that a person should read.
         misalignments: Segments whose sensors were clearly misaligned, the largest first; corrected.
         truth: Clean clip behind a simulated suit, where it is known.
@@ -34,6 +35,7 @@ class CleaningResult:
     contacts: np.ndarray
     confidence: np.ndarray
     restarts: tuple[float, ...]
+    assist: np.ndarray
     notices: tuple[str, ...]
     misalignments: tuple[Misalignment, ...] = ()
     truth: BodyMotion | None = None
@@ -44,13 +46,18 @@ class CleaningResult:
         return self.confidence >= SIMULATED_CONFIDENCE
 
     @property
+    def mean_assist(self) -> float:
+        """Mean force that helped on the pelvis in simulated frames [body weights]; 0 where no frame is simulated."""
+        return float(self.assist[self.simulated].mean()) if self.simulated.any() else 0.0
+
+    @property
     def kept(self) -> np.ndarray:
         """Whether each frame keeps the repaired input, shape (T,)."""
         return self.confidence < KEPT_CONFIDENCE
 
     def __post_init__(self) -> None:
         """Check that everything is of the same frames."""
-        shapes = {"contacts": (len(self.before), 2), "confidence": (len(self.before),)}
+        shapes = {"contacts": (len(self.before), 2), "confidence": (len(self.before),), "assist": (len(self.before),)}
         for field, shape in shapes.items():
             if getattr(self, field).shape != shape:
                 raise ValueError(f"{self.name}: {field} has shape {getattr(self, field).shape}, should be {shape}")

@@ -1,7 +1,8 @@
 """SAMCON search (Liu et al. 2010) along a policy: sample actions around the policy's, simulate, keep the best, go on from them.
 
 A single rollout of a policy falls or loses the reference sooner or later. So many samples of the simulation follow the clip at once,
-some by the policy alone, the others with noise on their actions; after every window the worst go on from the states of the best.
+some by the policy alone, the others with noise on their actions; after every window the worst go on from the states of the best. A force
+of limited size on the pelvis helps all of them (residual force control, Yuan and Kitani 2020).
 """
 
 from collections.abc import Iterator
@@ -17,6 +18,7 @@ from datasets.motion.body_state import BodyState
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import HEAD_BODY, HINGE_COUNT
 from envs.mimic.episode_metrics import body_error
+from envs.mimic.root_assist import BODY_WEIGHT_N
 from envs.mimic.spec import MimicSpec
 from envs.physics.engine_interface import FRAMES_PER_STEP
 from envs.physics.mujoco_cpu import RecordingPhysics
@@ -29,6 +31,7 @@ STEPS_PER_WINDOW = 1  # control steps between selections: 28 mm from the clip, w
 # Share of the policy's residuals: it lasts but does not aim, so that all of them move joints further off than none (eval.study search).
 RESIDUAL_SHARE = 0.5
 ACTION_NOISE_STD = 0.15  # near what training explores with
+ASSIST_FORCE_BW = 0.1  # body weights, of the largest force on the pelvis towards the clip: what a handrail gives
 SCORE_DECAY = 0.95  # of rewards by their age; the critic's value ahead is a mean reward a step and weighs as much as one
 MAX_POSE_ERROR_M = 0.12  # mean distance of the bodies from the reference's, roots aligned, beyond which a sample is dropped
 # Weights beside the reward, which hardly falls with the small errors from which falls begin.
@@ -43,12 +46,14 @@ class Segment(NamedTuple):
         poses: Generalised positions, shape (n, 50).
         velocities: Generalised velocities, shape (n, 49).
         targets: PD targets of the motors [rad], shape (n, 43).
+        assist: Force that helped on the pelvis [body weights], shape (n,).
     """
 
     start: int
     poses: np.ndarray
     velocities: np.ndarray
     targets: np.ndarray
+    assist: np.ndarray
 
 
 class SamconSearch:
@@ -63,6 +68,7 @@ class SamconSearch:
         seed: int = 0,
         residual_share: float = RESIDUAL_SHARE,
         steps_per_window: int = STEPS_PER_WINDOW,
+        assist_force_bw: float = ASSIST_FORCE_BW,
     ) -> None:
         """Build the vector env with one clip.
 
@@ -74,12 +80,14 @@ class SamconSearch:
             seed: Seed of the action noise.
             residual_share: Share of the policy's actions that is applied.
             steps_per_window: Control steps from one selection to the next.
+            assist_force_bw: Largest force on the pelvis towards the clip [body weights]; 0 is none.
         """
         self._residual_share, self._steps_per_window = residual_share, steps_per_window
         self._policy, self._frames = policy, len(clip)
         self._env = AdaptMimicVectorEnv(
             MotionLibrary.from_clips([clip]), NUM_SAMPLES, spec, threads, AutoresetMode.DISABLED, physics=RecordingPhysics
         )
+        self._env.assist_force_bw = assist_force_bw
         self._physics = cast(RecordingPhysics, self._env.physics)
         self._random = np.random.default_rng(seed)
 
@@ -96,14 +104,14 @@ class SamconSearch:
         env, steps = self._env, (self._frames - 1 - start) // FRAMES_PER_STEP
         one = np.zeros(NUM_SAMPLES, dtype=int)
         observation, _ = env.reset(options={"clip": one, "frame": one + start, "frames": one + self._frames})
-        first = _snapshot(self._physics.motion())
+        first = self._snapshot(self._physics.motion())
         score, parents, windows, steps_done, steps_on_track = np.zeros(NUM_SAMPLES), np.arange(NUM_SAMPLES), [], 0, one
         num_survivors = 1  # different states among the samples; the others are their copies
         while steps_done < steps:
             substates, steps_on_track = [], np.zeros(NUM_SAMPLES, dtype=int)  # in this window
             for step in range(min(self._steps_per_window, steps - steps_done)):
                 observation, reward, terminated, _, _ = env.step(self._actions(observation, num_survivors))
-                substates += [_snapshot(frame) for frame in self._physics.substates]
+                substates += [self._snapshot(frame) for frame in self._physics.substates]
                 score = SCORE_DECAY * score + reward
                 steps_on_track += (
                     (steps_on_track == step) & ~terminated & (body_error(self._physics.bodies(), self._observed()) < MAX_POSE_ERROR_M)
@@ -125,6 +133,12 @@ class SamconSearch:
         noise[:num_survivors] = 0.0
         return (self._residual_share * self._policy.act(observation) + noise).astype(np.float32)
 
+    def _snapshot(self, frame: tuple[np.ndarray, ...]) -> np.ndarray:
+        """Return states, PD targets and the assisting force [body weights] of all samples, shape (K, 143)."""
+        wrench = self._env.assist_wrench
+        force = np.zeros(NUM_SAMPLES) if wrench is None else np.linalg.norm(wrench[:, :3], axis=1) / BODY_WEIGHT_N
+        return np.concat([*frame, force[:, None]], axis=1).astype(np.float32)
+
     def _observed(self) -> Observed:
         """Return the reference at the current frame."""
         return self._env.library.at(self._env.library_rows).observed
@@ -141,7 +155,7 @@ class SamconSearch:
 
 
 class _Window(NamedTuple):
-    """A window between two selections: the sample from which each went on (K,), and its states and PD targets (K, n, 142)."""
+    """A window between two selections: the sample from which each went on (K,), and its snapshots (K, n, 143)."""
 
     parents: np.ndarray
     substates: np.ndarray
@@ -149,10 +163,6 @@ class _Window(NamedTuple):
 
 def _head_from_com(bodies: BodyState | Observed) -> np.ndarray:
     return bodies.pos[:, HEAD_BODY] - bodies.com
-
-
-def _snapshot(frame: tuple[np.ndarray, ...]) -> np.ndarray:
-    return np.concat(frame, axis=1).astype(np.float32)
 
 
 def _backtrack(start: int, first: np.ndarray, windows: list[_Window], steps_on_track: np.ndarray) -> Segment:
@@ -163,5 +173,7 @@ def _backtrack(start: int, first: np.ndarray, windows: list[_Window], steps_on_t
         world = int(later.parents[world])
         parts.append(earlier.substates[world])
     substates = np.concat([first[:1], *parts[::-1]]).astype(float)
-    substates[0, -HINGE_COUNT:] = substates[min(1, len(substates) - 1), -HINGE_COUNT:]  # the motors had no targets yet
-    return Segment(start, *np.split(substates, [POSE_SIZE, POSE_SIZE + VELOCITY_SIZE], axis=1))
+    told = POSE_SIZE + VELOCITY_SIZE
+    substates[0, told:] = substates[min(1, len(substates) - 1), told:]  # the motors had no targets yet
+    poses, velocities, targets, assist = np.split(substates, [POSE_SIZE, told, told + HINGE_COUNT], axis=1)
+    return Segment(start, poses, velocities, targets, assist[:, 0])

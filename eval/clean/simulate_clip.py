@@ -15,7 +15,7 @@ from datasets.motion.smoothing import smooth_motion
 from envs.mimic.spec import MimicSpec
 from envs.physics.engine_interface import FRAMES_PER_STEP
 from eval.clean.result import SIMULATED_CONFIDENCE
-from eval.clean.samcon import SamconSearch, Segment
+from eval.clean.samcon import ASSIST_FORCE_BW, SamconSearch, Segment
 from eval.metrics.artefact_tracks import distances_local
 from eval.metrics.ground_reaction import contacts_from_loads, foot_loads
 
@@ -34,21 +34,28 @@ class SimulatedClip(NamedTuple):
         contacts: Whether the left and the right foot carried weight in simulated frames, shape (T, 2).
         confidence: Share of the simulation in each frame, shape (T,).
         segment_starts: Frames at which the simulation began, or began again.
+        assist: Force that helped on the pelvis in simulated frames [body weights], shape (T,).
     """
 
     motion: BodyMotion
     contacts: np.ndarray
     confidence: np.ndarray
     segment_starts: list[int]
+    assist: np.ndarray
 
 
 def without_simulation(clip: BodyMotion) -> SimulatedClip:
     """Return a clip without simulation: confidence 0 throughout."""
-    return SimulatedClip(clip, np.zeros((len(clip), 2), dtype=bool), np.zeros(len(clip)), [])
+    return SimulatedClip(clip, np.zeros((len(clip), 2), dtype=bool), np.zeros(len(clip)), [], np.zeros(len(clip)))
 
 
 def simulate_clip(
-    policy: Policy, spec: MimicSpec, clip: BodyMotion, threads: int, fade_ends: tuple[bool, bool] = (False, False)
+    policy: Policy,
+    spec: MimicSpec,
+    clip: BodyMotion,
+    threads: int,
+    fade_ends: tuple[bool, bool] = (False, False),
+    assist_force_bw: float = ASSIST_FORCE_BW,
 ) -> SimulatedClip:
     """Simulate a clip by SAMCON search and blend the result into it.
 
@@ -58,21 +65,24 @@ def simulate_clip(
         clip: Clip on level ground, at 60 fps.
         threads: Native threads of the simulation.
         fade_ends: Whether frames without simulation come before the clip, and after it.
+        assist_force_bw: Largest force that helps on the pelvis [body weights].
     """
     padded = clip if len(clip) % FRAMES_PER_STEP else _repeat_last_frame(clip)  # so that the last control step ends in the last frame
-    segments = list(SamconSearch(policy, spec, padded, threads).segments())
-    simulated, contacts = padded, np.zeros((len(padded), 2), dtype=bool)
+    segments = list(SamconSearch(policy, spec, padded, threads, assist_force_bw=assist_force_bw).segments())
+    simulated, contacts, assist = padded, np.zeros((len(padded), 2), dtype=bool), np.zeros(len(padded))
     for segment in segments:  # each begins in the last frame of the one before, in the reference's pose
         simulated = write_segment(simulated, segment)
         part = slice(segment.start, segment.start + len(segment.poses))
         contacts[part] = contacts_from_loads(foot_loads(segment.poses, segment.velocities, segment.targets))
+        assist[part] = segment.assist
     segment_starts = [segment.start for segment in segments]
     ends = [*([-1] if fade_ends[0] else []), *([len(clip)] if fade_ends[1] else [])]
     confidence = _confidence(simulated, padded, [*segment_starts[1:], *ends])
     blended = smooth_motion(_blend(padded, simulated, confidence, segment_starts))  # the search's noise shakes the joints
     frames = slice(len(clip))
-    contacts &= (confidence >= SIMULATED_CONFIDENCE)[:, None]
-    return SimulatedClip(blended.cut(0, len(clip)), contacts[frames], confidence[frames], segment_starts)
+    trusted = confidence >= SIMULATED_CONFIDENCE
+    contacts &= trusted[:, None]
+    return SimulatedClip(blended.cut(0, len(clip)), contacts[frames], confidence[frames], segment_starts, (assist * trusted)[frames])
 
 
 def _repeat_last_frame(clip: BodyMotion) -> BodyMotion:

@@ -14,6 +14,7 @@ from datasets.motion.smoothing import smooth_motion
 from envs.mimic.spec import MimicSpec
 from envs.physics.self_collision import remove_self_penetration
 from eval.clean.result import SIMULATED_CONFIDENCE
+from eval.clean.samcon import ASSIST_FORCE_BW
 from eval.clean.simulate_clip import SimulatedClip, simulate_clip, without_simulation
 
 MIN_SIMULATED_FRAMES = 60  # of a span that is worth simulating
@@ -33,7 +34,13 @@ def repair_kinematically(clip: BodyMotion, off_feet: list[OffFeetSpan], contacts
 
 
 def simulate_grounded_spans(
-    policy: Policy | None, spec: MimicSpec, clip: BodyMotion, off_feet: list[OffFeetSpan], threads: int, contacts: np.ndarray | None = None
+    policy: Policy | None,
+    spec: MimicSpec,
+    clip: BodyMotion,
+    off_feet: list[OffFeetSpan],
+    threads: int,
+    contacts: np.ndarray | None = None,
+    assist_force_bw: float = ASSIST_FORCE_BW,
 ) -> SimulatedClip:
     """Return the clip simulated wherever it is on level ground.
 
@@ -46,13 +53,14 @@ def simulate_grounded_spans(
         off_feet: Spans off level ground.
         threads: Native threads.
         contacts: Whether the left and the right foot stand, shape (T, 2); detected by speed and height if None.
+        assist_force_bw: Largest force that helps on the pelvis [body weights].
     """
     excluded = frame_mask(off_feet, len(clip))
     edges = np.flatnonzero(np.diff(np.concat([[True], excluded, [True]]).astype(int)))
     simulated = without_simulation(clip)
     for start, stop in edges.reshape(-1, 2):
         if policy is not None and stop - start >= MIN_SIMULATED_FRAMES:
-            part = simulate_clip(policy, spec, clip.cut(start, stop), threads, (start > 0, stop < len(clip)))
+            part = simulate_clip(policy, spec, clip.cut(start, stop), threads, (start > 0, stop < len(clip)), assist_force_bw)
             simulated = _splice(simulated, part, start, stop)
     kinematic = (detect_foot_contacts(simulated.motion) if contacts is None else contacts) & ~excluded[:, None]
     found = np.where((simulated.confidence >= SIMULATED_CONFIDENCE)[:, None], simulated.contacts, kinematic)
@@ -66,12 +74,12 @@ def frame_mask(spans: list[OffFeetSpan], frames: int) -> np.ndarray:
 
 def _splice(whole: SimulatedClip, part: SimulatedClip, start: int, stop: int) -> SimulatedClip:
     """Return a clip with the frames from ``start`` to ``stop`` as simulated; later frames are moved along by where those end."""
-    motion, contacts, confidence = whole.motion, whole.contacts.copy(), whole.confidence.copy()
+    motion, contacts, confidence, assist = whole.motion, whole.contacts.copy(), whole.confidence.copy(), whole.assist.copy()
     root, local = motion.root_position.copy(), motion.local_rotations.copy()
     level = np.array([1.0, 1.0, 0.0])
     path = part.motion.root_position + level * (root[start] - part.motion.root_position[0])
     root[stop:] += level * (path[-1] - root[stop - 1])
     root[start:stop], local[start:stop] = path, part.motion.local_rotations
-    contacts[start:stop], confidence[start:stop] = part.contacts, part.confidence
+    contacts[start:stop], confidence[start:stop], assist[start:stop] = part.contacts, part.confidence, part.assist
     segment_starts = [*whole.segment_starts, *(start + frame for frame in part.segment_starts)]
-    return SimulatedClip(replace(motion, root_position=root, local_rotations=local), contacts, confidence, segment_starts)
+    return SimulatedClip(replace(motion, root_position=root, local_rotations=local), contacts, confidence, segment_starts, assist)

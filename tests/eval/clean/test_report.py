@@ -56,6 +56,7 @@ def cleaning(truth: bool = True) -> CleaningResult:
         contacts=np.stack([~kept, ~kept & (np.arange(FRAMES) < 80)], axis=1),
         confidence=np.where(kept, 0.0, 0.9),
         restarts=(0.75,),
+        assist=np.where(np.arange(FRAMES) < 10, 0.08, 0.0),
         notices=("It sits <down>.",),
         misalignments=(Misalignment("foot_l", "left foot toed in", 7.0, 2.0),),
         truth=clean if truth else None,
@@ -91,6 +92,8 @@ def test_numbers_by_side() -> None:
     assert report["kept"] == {"share": pytest.approx(1 / 6), "spans": [(0.5, 0.75)]}
     assert report["confidence"] == {"mean": pytest.approx(0.75), "lowest": 0.0, "under_half": pytest.approx(1 / 6)}  # 0.9 x 75 / 90
     assert (report["seams"], report["notices"]) == ([0.75], ["It sits <down>."])
+    # 0.08 of the body's weight in 10 of the frames that are simulated, which are all but 15.
+    assert report["assist_bw"] == pytest.approx({"mean": 0.8 / (FRAMES - 15), "largest": 0.08})
     assert report["misalignments"] == [{"body": "foot_l", "text": "left foot toed in", "degrees": 7.0, "std_degrees": 2.0}]
     # 75 frames of two feet; all are low, and the right one carries nothing in the last ten.
     assert report["contact_rule"]["agree"] == pytest.approx(140 / 150)
@@ -113,8 +116,8 @@ def test_each_frame_has_its_row() -> None:
     rows = list(csv.DictReader(frames_csv(cleaning()).splitlines()))
     assert len(rows) == FRAMES
     assert list(rows[0]) == CSV_HEADER.split(",")
-    assert list(rows[33].values()) == ["33", "0.5500", "0.000", "1", "0", "0", "0.0", "0.0"]
-    assert list(rows[85].values()) == ["85", "1.4167", "0.900", "0", "1", "0", "0.0", "30.0"]
+    assert list(rows[33].values()) == ["33", "0.5500", "0.000", "1", "0", "0", "0.0", "0.0", "0.000"]
+    assert list(rows[85].values()) == ["85", "1.4167", "0.900", "0", "1", "0", "0.0", "30.0", "0.000"]
 
 
 def test_flags_become_spans() -> None:
@@ -165,7 +168,7 @@ def test_the_page_needs_no_network_and_shows_everything(written: Path) -> None:
     assert "−83 %" in markup  # noqa: RUF001 (floating: 30 to 5 mm)
     assert (markup.count("<video"), markup.count("<img")) == ((1, 1) if can_render() else (0, 0))
     figures = [json.loads(text) for text in re.findall(r"class=\"figure\"[^>]*>(.*?)</script>", markup, flags=re.DOTALL)]
-    assert len(figures) == len(PANELS) + 2  # and deviation and confidence
+    assert len(figures) == len(PANELS) + 3  # and deviation, confidence and help
     assert [line["name"] for line in figures[0]["data"]] == ["before", "after", "truth"]
     shapes = figures[0]["layout"]["shapes"]
     assert [(one["x0"], one["x1"]) for one in shapes] == [(0.5, 0.75), (0.75, 0.75), (0, 1)]  # kept, the seam, the rule of 2 cm

@@ -23,8 +23,8 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     shrink_search(monkeypatch)
 
 
-def takes_of(clip: BodyMotion, seed: int = 0) -> list[Segment]:
-    return list(SamconSearch(untrained(), SPEC, clip, 1, seed).segments())
+def takes_of(clip: BodyMotion, seed: int = 0, assist_force_bw: float = 0.0) -> list[Segment]:
+    return list(SamconSearch(untrained(), SPEC, clip, 1, seed, assist_force_bw=assist_force_bw).segments())
 
 
 def unbroken(take: Segment) -> None:
@@ -111,6 +111,13 @@ def test_a_search_does_better_than_its_policy_alone(monkeypatch: pytest.MonkeyPa
     together = len(takes_of(LIMPING)[0].poses)
     shrink_search(monkeypatch, 1, 1)
     assert together > len(takes_of(LIMPING)[0].poses)
+
+
+def test_a_limited_force_on_the_pelvis_helps() -> None:
+    alone, helped = takes_of(LIMPING)[0], takes_of(LIMPING, assist_force_bw=0.1)[0]
+    assert not alone.assist.any()
+    assert len(helped.poses) > len(alone.poses)
+    assert 0.0 < helped.assist.mean() <= helped.assist.max() <= 0.1 + 1e-6
 
 
 def test_only_a_share_of_the_residual_is_played(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -26,7 +26,7 @@ def taken(motion: BodyMotion, start: int, stop: int) -> Segment:
     """Return the frames of a clip from ``start`` up to ``stop`` as a take of somebody who moves just so, loosely."""
     part = motion.cut(start, stop)
     poses = np.concat([part.root_position, part.local_rotations[:, 0], hinge_angles(part.local_rotations)], axis=1)
-    return Segment(start, poses, np.zeros((len(part), 49)), poses[:, 7:])
+    return Segment(start, poses, np.zeros((len(part), 49)), poses[:, 7:], np.zeros(len(part)))
 
 
 def perform_as(
@@ -35,7 +35,7 @@ def perform_as(
     """Return what becomes of a clip whose search returns the given segments."""
 
     class Actors:
-        def __init__(self, *_: object) -> None:
+        def __init__(self, *_: object, **__: object) -> None:
             pass
 
         def segments(self) -> Iterator[Segment]:

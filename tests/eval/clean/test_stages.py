@@ -78,7 +78,9 @@ def bent(clip: BodyMotion, drift: float) -> SimulatedClip:
     local[:, 6] = multiply(local[:, 6], np.broadcast_to(from_axis_angle(Z, np.radians(30.0)), local[:, 6].shape))
     root = clip.root_position + np.linspace(0.0, drift, len(clip))[:, None] * X + [7.0, 7.0, 0.0]  # begins anywhere
     contacts = np.tile([True, False], (len(clip), 1))
-    return SimulatedClip(replace(clip, root_position=root, local_rotations=local), contacts, np.ones(len(clip)), [0, 20])
+    return SimulatedClip(
+        replace(clip, root_position=root, local_rotations=local), contacts, np.ones(len(clip)), [0, 20], np.full(len(clip), 0.02)
+    )
 
 
 @pytest.fixture
@@ -86,7 +88,7 @@ def performed(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, tuple[bool, bo
     """Let parts be performed as ``bent``, with 0.2 m of drift; return what was asked for: frames, and what they join."""
     asked = []
 
-    def stand_in(_: Policy, __: MimicSpec, clip: BodyMotion, ___: int, joins: tuple[bool, bool]) -> SimulatedClip:
+    def stand_in(_: Policy, __: MimicSpec, clip: BodyMotion, ___: int, joins: tuple[bool, bool], ____: float) -> SimulatedClip:
         asked.append((len(clip), joins))
         return bent(clip, 0.2)
 
