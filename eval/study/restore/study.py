@@ -31,7 +31,7 @@ from trainers.supervised.restore_data import prepare_restore_data
 
 SEVERITIES = (0.0, 0.5, 1.0, 1.5, 2.0)
 NUM_SEEDS = 3
-TRAINING_WINDOWS = 16_000  # of each training that leaves an ingredient out: two to four minutes of a core
+TRAINING_WINDOWS = 10_000  # of each training that leaves an ingredient out: two minutes of a core
 NUM_EVALUATIONS = 2  # of each on its held-out performer
 PREPARED = ("data.suit_takes=4", "data.synthetic_sets=2")  # prepared in minutes
 

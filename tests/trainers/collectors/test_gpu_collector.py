@@ -117,6 +117,7 @@ def test_actors_are_not_asked_for(warp: PpoConfig, capsys: pytest.CaptureFixture
     assert "collect.actors=2 is not looked at" in said
 
 
+@pytest.mark.slow
 def test_a_short_training_learns_and_its_policy_is_used_on_the_cpu() -> None:
     # A T-pose that sways: uncorrected it falls after two thirds of an episode. 31,000 samples.
     library = MotionLibrary.from_clips([standing("one", "ann", 300)])
