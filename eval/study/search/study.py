@@ -1,10 +1,11 @@
-"""Search study: share of the policy's residual and steps per window of the SAMCON search, on clean clips of unseen performers.
+"""Search study: share of the policy's residual, steps per window and assist of the SAMCON search, on clean clips of unseen performers.
 
 The measures are of the simulated motion alone, before it is blended into the clip.
 """
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -18,7 +19,7 @@ from datasets.library.sources import load_clips
 from datasets.motion.clip import FPS, BodyMotion
 from envs.mimic.spec import MimicSpec
 from envs.physics.engine_interface import FRAMES_PER_STEP
-from eval.clean.samcon import RESIDUAL_SHARE, STEPS_PER_WINDOW, SamconSearch
+from eval.clean.samcon import ASSIST_FORCE_BW, RESIDUAL_SHARE, STEPS_PER_WINDOW, SamconSearch
 from eval.clean.simulate_clip import write_segment
 from eval.clean.stages import repair_kinematically
 from eval.evaluation_recordings import TEST_CLIPS
@@ -29,11 +30,22 @@ from eval.study.framework.page import Group, Measure, Study, study_row
 from trainers.algorithms.policy_file import load_policy
 from trainers.runs.run_log import make_console
 
-SEARCH_VARIANTS = {  # by name of the rows: share of the policy's residual, and control steps from one selection of samples to the next
-    **{f"residual {share:g}": (share, STEPS_PER_WINDOW) for share in (0.0, 0.25, RESIDUAL_SHARE, 0.75, 1.0)},
-    "a choice in 3 steps": (RESIDUAL_SHARE, 3),
+
+class SearchVariant(NamedTuple):
+    """Settings of the search, by default those in use: arguments of ``SamconSearch``."""
+
+    residual_share: float = RESIDUAL_SHARE
+    steps_per_window: int = STEPS_PER_WINDOW
+    assist_force_bw: float = ASSIST_FORCE_BW
+
+
+SEARCH_VARIANTS = {  # by name of the rows
+    **{f"residual {share:g}": SearchVariant(residual_share=share) for share in (0.0, 0.25, RESIDUAL_SHARE, 0.75, 1.0)},
+    "a choice in 3 steps": SearchVariant(steps_per_window=3),
+    **{f"assist {force:g}": SearchVariant(assist_force_bw=force) for force in (0.0, 0.05, 0.2)},
 }
 IN_USE, NO_RESIDUAL, FULL_RESIDUAL, LONG_INTERVAL = f"residual {RESIDUAL_SHARE:g}", "residual 0", "residual 1", "a choice in 3 steps"
+NO_ASSIST = "assist 0"
 CLIP_S = 6.0  # part of each clip, from its beginning
 THREADS = 1
 MAX_SKATE_RATIO = 1.5  # to the recording's speed of standing feet
@@ -45,12 +57,14 @@ MEASURES = {
     "recorded_skate": Measure("cm/s", "the same of the recording"),
     "ground_penetration": Measure("mm", "depth of the lowest point under the ground, where deeper than 5 mm"),
     "jitter": Measure("km/s³", "third difference of the joints' positions"),
+    "root_error": Measure("mm", "distance of the pelvis from the clip's"),
+    "assist": Measure("% of the body's weight", "force that helped on the pelvis"),
 }
 Values = dict[str, float]
 
 
 def search_study(data: Path, out: Path) -> Study:
-    """Return the study, which takes five minutes.
+    """Return the study, which takes a quarter of an hour.
 
     Args:
         data: Folder of real motion.
@@ -69,8 +83,8 @@ def search_study(data: Path, out: Path) -> Study:
     for kind, file in track(files, "performing clips", console=make_console(), transient=True):
         (clip,) = load_clips(file)
         part = repair_kinematically(clip.cut(0, round(CLIP_S * FPS) + 1), [])
-        for search, (residual, interval) in SEARCH_VARIANTS.items():
-            found.setdefault((kind, search), []).append(measure_search(policy, spec, part, residual, interval))
+        for search, variant in SEARCH_VARIANTS.items():
+            found.setdefault((kind, search), []).append(measure_search(policy, spec, part, variant))
     parts = {"all": {search: _all(found, search) for search in SEARCH_VARIANTS}}
     parts |= {kind: {search: found[kind, search] for search in SEARCH_VARIANTS} for kind in TEST_CLIPS}
     rows = [study_row(f"{search}, {part}", values) for part, by in parts.items() for search, values in by.items()]
@@ -79,10 +93,10 @@ def search_study(data: Path, out: Path) -> Study:
     return Study({"study": "search", "rows": rows, "findings": _findings(found)}, groups)
 
 
-def measure_search(policy: Policy, spec: MimicSpec, clip: BodyMotion, residual: float, interval: int) -> Values:
-    """Return the measures of the SAMCON search on a repaired clip, with a share of the residual and so many control steps per window."""
+def measure_search(policy: Policy, spec: MimicSpec, clip: BodyMotion, variant: SearchVariant) -> Values:
+    """Return the measures of a variant of the SAMCON search on a repaired clip."""
     clip = clip if len(clip) % FRAMES_PER_STEP else clip.cut(0, len(clip) - 1)  # so that the last control step ends in the last frame
-    segments = list(SamconSearch(policy, spec, clip, THREADS, residual_share=residual, steps_per_window=interval).segments())
+    segments = list(SamconSearch(policy, spec, clip, THREADS, **variant._asdict()).segments())
     simulated = clip
     for segment in segments:
         simulated = write_segment(simulated, segment)
@@ -96,6 +110,8 @@ def measure_search(policy: Policy, spec: MimicSpec, clip: BodyMotion, residual: 
         "recorded_skate": stance_skate(clip, contacts),
         "ground_penetration": found["ground_penetration"],
         "jitter": found["jitter"],
+        "root_error": 1e3 * float(np.linalg.norm(simulated.root_position - clip.root_position, axis=1).mean()),
+        "assist": 100.0 * float(np.concat([segment.assist for segment in segments]).mean()),
     }
 
 
@@ -111,7 +127,7 @@ def _findings(found: dict[tuple[str, str], list[Values]]) -> list[dict[str, str 
 
     used = _all(found, IN_USE)
     findings: list[dict[str, str | bool]] = []
-    for other in (NO_RESIDUAL, FULL_RESIDUAL, LONG_INTERVAL):
+    for other in (NO_RESIDUAL, FULL_RESIDUAL, LONG_INTERVAL, NO_ASSIST):
         ours, theirs = mean(used, "body_error"), mean(_all(found, other), "body_error")
         text = f"{IN_USE} keeps nearer to the clip than {other}: {ours:.1f} against {theirs:.1f} mm"
         findings.append({"finding": text, "reproduced": ours < theirs})

@@ -12,7 +12,7 @@ from tests.eval.clean.clean_parts import SPEC, shrink_search, standing, untraine
 
 def test_who_stands_is_near_and_slides_no_faster_than_the_recording_allows(monkeypatch: pytest.MonkeyPatch) -> None:
     shrink_search(monkeypatch)
-    found = search_study.measure_search(untrained(), SPEC, standing(60), 0.5, 1)
+    found = search_study.measure_search(untrained(), SPEC, standing(60), search_study.SearchVariant(0.5, 1))
     assert set(found) == set(search_study.MEASURES)
     assert found["body_error"] < 30.0
     assert found["restarts"] == 0.0
@@ -21,9 +21,10 @@ def test_who_stands_is_near_and_slides_no_faster_than_the_recording_allows(monke
 
 
 def test_the_study_judges_the_share_in_use(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    def perform(_policy: object, _spec: object, _clip: object, residual: float, interval: int) -> dict[str, float]:
+    def perform(_policy: object, _spec: object, _clip: object, variant: search_study.SearchVariant) -> dict[str, float]:
         # Half is nearest; its feet slide at 2 cm/s where the recording's do at 1.5: within 1.5 times.
-        off = {0.0: 40.0, 0.25: 35.0, 0.5: 30.0, 0.75: 33.0, 1.0: 29.0}[residual] + interval - 1
+        off = {0.0: 40.0, 0.25: 35.0, 0.5: 30.0, 0.75: 33.0, 1.0: 29.0}[variant.residual_share] + variant.steps_per_window - 1
+        off += 50.0 * (0.1 - variant.assist_force_bw)
         return dict.fromkeys(search_study.MEASURES, 0.0) | {"body_error": off, "stance_skate": 2.0, "recorded_skate": 1.5}
 
     for name in (name for each in search_study.TEST_CLIPS.values() for name in each):
@@ -37,6 +38,7 @@ def test_the_study_judges_the_share_in_use(monkeypatch: pytest.MonkeyPatch, tmp_
     assert verdicts["residual 0.5 keeps nearer to the clip than residual 0: 30.0 against 40.0 mm"] is True
     assert verdicts["residual 0.5 keeps nearer to the clip than residual 1: 30.0 against 29.0 mm"] is False
     assert verdicts["residual 0.5 keeps nearer to the clip than a choice in 3 steps: 30.0 against 32.0 mm"] is True
+    assert verdicts["residual 0.5 keeps nearer to the clip than assist 0: 30.0 against 35.0 mm"] is True
     assert verdicts["walk: standing feet slide at most 1.5 times as fast as the recording's: 2.0 against 1.5 cm/s"] is True
     assert verdicts["ground penetration is under 0.5 mm: 0.00 mm"] is True
     assert found["rows"][2]["ours"]["body_error"] == {"mean": 30.0, "std": 0.0, "seeds": 12}
