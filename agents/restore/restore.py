@@ -16,6 +16,8 @@ from datasets.motion.rotation import conjugate, multiply, normalise
 from datasets.motion.smoothing import smooth_motion
 
 BATCH_WINDOWS = 32  # that go through the network at once
+# Weight of the variance by which constants are shrunk: a component c of standard deviation s is multiplied by c^2 / (c^2 + SHRINKAGE s^2).
+SHRINKAGE = 0.25
 _PARENTS = list(SKELETON.parents[1:])
 
 
@@ -25,7 +27,8 @@ class Restoration:
 
     Attributes:
         motion: The clip with corrected poses; its root path is the clip's own.
-        constant: Constant misalignment of each body, as the rotation vector that corrects it in the body's own frame [rad], shape (20, 3).
+        constant: Constant misalignment of each body, as the rotation vector that corrects it in the body's own frame [rad], shape (20, 3);
+            shrunk where it is not sure.
         constant_std: Standard deviation of its error [rad], shape (20, 3).
         contacts: Probability that the left and the right foot stand, and heel and toe of each, shape (T, 6).
         root: Height of the pelvis [m] and its velocity ahead and to the left in its heading [m/s], shape (T, 3).
@@ -43,7 +46,8 @@ def restore_poses(model: RestoreModel, clip: BodyMotion) -> Restoration:
     """Return a clip with the faults taken out of its poses.
 
     A clip longer than the network's window is seen in windows that overlap by half. What they say of the constants is averaged, each with
-    the weight of its precision; everything else fades from one window to the next.
+    the weight of its precision, and shrunk, so that little is done where little can be told; everything else fades from one window to the
+    next.
 
     The network sees the smoothed clip: how much a recording moves above a few hertz tells its capture system, and not its faults.
     The corrections are those of the clip itself, whose quick movements stay.
@@ -62,7 +66,8 @@ def restore_poses(model: RestoreModel, clip: BodyMotion) -> Restoration:
     parts = [_predict(model, own, inside) for own, inside in zip(seen.split(BATCH_WINDOWS), mask.split(BATCH_WINDOWS), strict=True)]
     predicted = RestorePrediction(*(torch.cat(tracks) for tracks in zip(*parts, strict=True)))
     precision = torch.exp(-2.0 * predicted.constant_log_std)
-    constant = (predicted.constant * precision).sum(0) / precision.sum(0)
+    constant, variance = (predicted.constant * precision).sum(0) / precision.sum(0), 1.0 / precision.mean(0)
+    constant = constant**3 / (constant**2 + SHRINKAGE * variance)
     every = slice(None, None, PATCH_FRAMES)
     varying = _fade(predicted.varying, rows[:, every] // PATCH_FRAMES, mask[:, every])
     correction = _at_frames((constant + varying).double().numpy(), STEP_RATE_HZ, clip)
@@ -72,7 +77,7 @@ def restore_poses(model: RestoreModel, clip: BodyMotion) -> Restoration:
     return Restoration(
         replace(clip, local_rotations=normalise(local)),
         constant.double().numpy(),
-        precision.mean(0).rsqrt().double().numpy(),
+        variance.sqrt().double().numpy(),
         _at_frames(_fade(torch.sigmoid(predicted.contacts), rows, mask).double().numpy(), RESTORE_RATE_HZ, clip),
         _at_frames(_fade(predicted.root, rows, mask).double().numpy(), RESTORE_RATE_HZ, clip),
     )

@@ -3,11 +3,45 @@
 import hashlib
 import json
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
 
 from configs.errors import InputError
 from datasets.library.motion_library import ClipInfo
 
 HOLDOUT_SHARE = 0.08  # of all frames, for a held-out performer: enough for measuring, little lost for training
+
+
+class PackedClips(Protocol):
+    """Anything that holds clips packed one after the other."""
+
+    @property
+    def clips(self) -> tuple[ClipInfo, ...]:
+        """Descriptions of the clips."""
+        ...
+
+
+Packed = TypeVar("Packed", bound=PackedClips)
+
+
+@dataclass(frozen=True)
+class HoldoutSplit(Generic[Packed]):
+    """Motion that a run trains and selects on.
+
+    Attributes:
+        training: Clips of all performers but the held-out one.
+        holdout: Clips of the held-out performer; the training clips where nobody is held out.
+        held_out: The held-out performer, or "none".
+    """
+
+    training: Packed
+    holdout: Packed
+    held_out: str
+
+    @property
+    def identity(self) -> str:
+        """Fingerprint of the clips, which a resumed run must have in common with its beginning."""
+        return clips_fingerprint((*self.training.clips, *self.holdout.clips))
 
 
 def resolve_holdout(clips: Sequence[ClipInfo], wanted: str) -> str:

@@ -14,7 +14,7 @@ from datasets.library.mirrored_library import with_mirrored_clips
 from datasets.library.motion_library import MotionLibrary
 from datasets.library.sampling_weights import clip_sampling_weights
 from datasets.library.sources import ROUGH_GROUND_KINDS, SYNTHETIC_SOURCE, SourceMotion, load_clips, load_source_motions
-from datasets.library.splits import clips_fingerprint, resolve_holdout
+from datasets.library.splits import HoldoutSplit, resolve_holdout
 from datasets.motion.clip import BodyMotion
 from datasets.motion.discontinuities import split_at_discontinuities
 from datasets.retarget.joint_mapping import read_mapping
@@ -28,25 +28,14 @@ MIN_CLIP_S = 1.0  # s; nothing can be learnt from shorter clips
 
 
 @dataclass(frozen=True)
-class PreparedMotions:
-    """Motion that a run trains and selects on.
+class PreparedMotions(HoldoutSplit[MotionLibrary]):
+    """Motion that a run trains and selects on, as recorded and through simulated suits.
 
     Attributes:
-        training: Clips of all performers but the held-out one, as recorded and through simulated suits.
         weights: Sampling weights of the training clips, shape (clips,).
-        holdout: Clips of the held-out performer, as recorded and through suits; the training clips where nobody is held out.
-        held_out: The held-out performer, or "none".
     """
 
-    training: MotionLibrary
     weights: np.ndarray
-    holdout: MotionLibrary
-    held_out: str
-
-    @property
-    def identity(self) -> str:
-        """Fingerprint of the clips, which a resumed run must have in common with its beginning."""
-        return clips_fingerprint((*self.training.clips, *self.holdout.clips))
 
 
 def prepare_motions(config: DataConfig, cache: Path, log: Callable[[str], None]) -> PreparedMotions:
@@ -70,7 +59,7 @@ def prepare_motions(config: DataConfig, cache: Path, log: Callable[[str], None])
     held_out = resolve_holdout(library.clips, config.holdout)
     training = library.select([clip.performer != held_out for clip in library.clips])
     holdout = library.select([held_out in ("none", clip.performer) for clip in library.clips])
-    return PreparedMotions(training, clip_sampling_weights(training.clips, config.suit_share), holdout, held_out)
+    return PreparedMotions(training, holdout, held_out, clip_sampling_weights(training.clips, config.suit_share))
 
 
 def build_library(config: DataConfig, log: Callable[[str], None]) -> MotionLibrary:

@@ -12,7 +12,7 @@ from agents.lobstr.spec import WINDOW_FRAMES
 from configs.errors import InputError
 from datasets.library.motion_library import ClipInfo
 from datasets.library.sources import ROUGH_GROUND_KINDS, SYNTHETIC_SOURCE
-from datasets.library.splits import clips_fingerprint, resolve_holdout
+from datasets.library.splits import HoldoutSplit, resolve_holdout
 from datasets.motion.clip import BodyMotion
 from datasets.motion.mirror import mirror_motion
 from datasets.motion.rotation import to_matrix
@@ -44,25 +44,14 @@ class LobstrFrames(NamedTuple):
 
 
 @dataclass(frozen=True)
-class LobstrData:
-    """Motion that a run trains and selects on.
+class LobstrData(HoldoutSplit[ClipSelection]):
+    """Motion that a run trains and selects on; the held-out performer's as it was recorded.
 
     Attributes:
         frames: Frames of all clips.
-        training: All clips but the held-out performer's.
-        holdout: Clips of the held-out performer as they were recorded; the training clips where nobody is held out.
-        held_out: The held-out performer, or "none".
     """
 
     frames: LobstrFrames
-    training: ClipSelection
-    holdout: ClipSelection
-    held_out: str
-
-    @property
-    def identity(self) -> str:
-        """Fingerprint of the clips, which a resumed run must have in common with its beginning."""
-        return clips_fingerprint((*self.training.clips, *self.holdout.clips))
 
 
 def prepare_lobstr_data(config: LobstrDataConfig, cache: Path, log: Callable[[str], None]) -> LobstrData:
@@ -84,7 +73,7 @@ def prepare_lobstr_data(config: LobstrDataConfig, cache: Path, log: Callable[[st
     holdout = ClipSelection(tuple(clip for clip in as_recorded if held_out in ("none", clip.performer)))
     minutes = sum(clip.frames for clip in clips) / TRACKER_RATE_HZ / 60.0
     log(f"{len(clips)} performances, {minutes:.0f} minutes, of {len({clip.performer for clip in clips})} performers; held out: {held_out}")
-    return LobstrData(frames, training, holdout, held_out)
+    return LobstrData(training, holdout, held_out, frames)
 
 
 def _augmented_clips(config: LobstrDataConfig) -> tuple[list[BodyMotion], list[bool]]:

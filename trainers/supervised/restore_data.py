@@ -17,7 +17,7 @@ from datasets.imu.suit_simulation import simulate_suit
 from datasets.library.misalignment import follow_heading
 from datasets.library.motion_library import ClipInfo
 from datasets.library.sources import SYNTHETIC_SOURCE
-from datasets.library.splits import clips_fingerprint, resolve_holdout
+from datasets.library.splits import HoldoutSplit, resolve_holdout
 from datasets.motion.clip import FPS, BodyMotion
 from datasets.motion.kinematics import body_poses, linear_velocity, sole_points
 from datasets.motion.rotation import from_yaw, heading, rotate
@@ -50,25 +50,14 @@ class RestoreFrames(NamedTuple):
 
 
 @dataclass(frozen=True)
-class RestoreData:
-    """Motion that a run trains and selects on.
+class RestoreData(HoldoutSplit[ClipSelection]):
+    """Motion that a run trains and selects on, through suits.
 
     Attributes:
         frames: Frames of all clips.
-        training: Clips of all performers but the held-out one, through suits.
-        holdout: Clips of the held-out performer; the training clips where nobody is held out.
-        held_out: The held-out performer, or "none".
     """
 
     frames: RestoreFrames
-    training: ClipSelection
-    holdout: ClipSelection
-    held_out: str
-
-    @property
-    def identity(self) -> str:
-        """Fingerprint of the clips, which a resumed run must have in common with its beginning."""
-        return clips_fingerprint((*self.training.clips, *self.holdout.clips))
 
 
 def prepare_restore_data(config: RestoreDataConfig, cache: Path, log: Callable[[str], None]) -> RestoreData:
@@ -88,7 +77,8 @@ def prepare_restore_data(config: RestoreDataConfig, cache: Path, log: Callable[[
     holdout = ClipSelection(tuple(clip for clip in clips if held_out in ("none", clip.performer)))
     minutes, performers = sum(clip.frames for clip in clips) / RESTORE_RATE_HZ / 60.0, {clip.performer for clip in clips}
     log(f"{len(clips)} recordings through suits, {minutes:.0f} minutes, of {len(performers)} performers; held out: {held_out}")
-    return RestoreData(RestoreFrames(**{name: torch.from_numpy(array) for name, array in arrays.items()}), training, holdout, held_out)
+    frames = RestoreFrames(**{name: torch.from_numpy(array) for name, array in arrays.items()})
+    return RestoreData(training, holdout, held_out, frames)
 
 
 def _build_takes(config: RestoreDataConfig) -> PreparedClips:

@@ -12,7 +12,7 @@ from datasets.imu.root_features import ROOT_RATE_HZ, RootFrames, concatenate_fra
 from datasets.imu.suit_simulation import simulate_suit
 from datasets.library.motion_library import ClipInfo
 from datasets.library.sources import ROUGH_GROUND_KINDS, SYNTHETIC_SOURCE
-from datasets.library.splits import clips_fingerprint, resolve_holdout
+from datasets.library.splits import HoldoutSplit, resolve_holdout
 from datasets.motion.clip import BodyMotion
 from datasets.motion.kinematics import resample
 from datasets.synthetic.clips import synthetic_clips
@@ -24,7 +24,7 @@ from trainers.supervised.tempo_takes import load_ground_truth_clips, perform_tak
 
 
 @dataclass(frozen=True)
-class PackedClips:
+class RootClips:
     """Clips one after the other.
 
     Attributes:
@@ -39,33 +39,16 @@ class PackedClips:
         """Return the first frames of all windows that lie, with the frame after their ``window`` frames, within one clip."""
         return torch.cat([torch.arange(clip.start, clip.start + max(clip.frames - window, 0)) for clip in self.clips])
 
-    def select(self, wanted: list[bool]) -> "PackedClips":
+    def select(self, wanted: list[bool]) -> "RootClips":
         """Return the clips that are wanted, one answer for each."""
         kept = [clip for clip, keep in zip(self.clips, wanted, strict=True) if keep]
         rows = torch.cat([torch.zeros(0, dtype=torch.long), *(torch.arange(clip.start, clip.start + clip.frames) for clip in kept)])
         starts = np.cumsum([0, *(clip.frames for clip in kept)])
         clips = tuple(replace(clip, start=int(start)) for clip, start in zip(kept, starts, strict=False))
-        return PackedClips(RootFrames(*(part[rows] for part in self.frames)), clips)
+        return RootClips(RootFrames(*(part[rows] for part in self.frames)), clips)
 
 
-@dataclass(frozen=True)
-class RootData:
-    """Motion that a run trains and selects on.
-
-    Attributes:
-        training: All clips but the held-out performer's.
-        holdout: Clips of the held-out performer; the training clips where nobody is held out.
-        held_out: The held-out performer, or "none".
-    """
-
-    training: PackedClips
-    holdout: PackedClips
-    held_out: str
-
-    @property
-    def identity(self) -> str:
-        """Fingerprint of the clips, which a resumed run must have in common with its beginning."""
-        return clips_fingerprint((*self.training.clips, *self.holdout.clips))
+RootData = HoldoutSplit[RootClips]
 
 
 def prepare_root_data(config: RootDataConfig, cache: Path, log: Callable[[str], None]) -> RootData:
@@ -81,7 +64,7 @@ def prepare_root_data(config: RootDataConfig, cache: Path, log: Callable[[str], 
     """
     chosen_later = ("holdout", "kinds", "test_performers", "rough_ground", "pose_source")
     clips, arrays, _ = prepare_cached(config, chosen_later, __name__, cache, lambda: _build_takes(config), log)
-    packed = PackedClips(RootFrames(**{name: torch.from_numpy(array) for name, array in arrays.items()}), clips)
+    packed = RootClips(RootFrames(**{name: torch.from_numpy(array) for name, array in arrays.items()}), clips)
     packed = packed.select([_is_wanted(clip, config) for clip in packed.clips])
     if not packed.clips:
         raise InputError(

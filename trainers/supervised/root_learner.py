@@ -14,7 +14,7 @@ from trainers.algorithms.learner_state import get_state, set_state
 from trainers.algorithms.schedules import linear_schedule
 from trainers.supervised.clip_selection import evenly_spaced
 from trainers.supervised.root_config import RootConfig
-from trainers.supervised.root_data import PackedClips, RootData
+from trainers.supervised.root_data import RootClips, RootData
 
 LOSSES = {"l1": functional.l1_loss, "mse": functional.mse_loss}
 NUM_NORMALISATION_WINDOWS = 20_000
@@ -111,7 +111,7 @@ class RootLearner:
         first = self._starts[torch.randint(len(self._starts), (count // self.config.sequence,), generator=self.random)]
         return (first[:, None] + self.model.spec.window * torch.arange(self.config.sequence)).flatten()
 
-    def _windows(self, clips: PackedClips, starts: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+    def _windows(self, clips: RootClips, starts: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         spec = self.model.spec
         return window_features(spec, clips.frames, starts), window_targets(spec, clips.frames, starts)
 

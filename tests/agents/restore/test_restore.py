@@ -52,10 +52,10 @@ def pitched(clip: BodyMotion, angle: float) -> BodyMotion:
 @pytest.mark.parametrize("frames", [1, 2, 31, 60])
 def test_a_known_misalignment_is_taken_out(frames: int) -> None:
     truth = lively().cut(40, 40 + frames)
-    restored = restore_poses(Told([-0.2], [0.1]), pitched(truth, 0.2))
+    restored = restore_poses(Told([-0.2], [1e-4]), pitched(truth, 0.2))
     assert np.allclose(body_poses(restored.motion)[0], body_poses(truth)[0], atol=1e-6)
     assert np.allclose(restored.constant[CHEST], [0.0, -0.2, 0.0])
-    assert np.allclose(restored.constant_std, 0.1)
+    assert np.allclose(restored.constant_std, 1e-4)
     assert restored.contacts.shape == (frames, 6)
     assert restored.root.shape == (frames, 3)
 
@@ -63,8 +63,15 @@ def test_a_known_misalignment_is_taken_out(frames: int) -> None:
 def test_constants_of_windows_count_by_their_precision() -> None:
     # 60 frames at 30 Hz are windows of 40 from 0 and from 20 on; the second is ten times as sure, so it weighs 100 to 1.
     clip = resample_to(lively(), 119, 60.0)
-    restored = restore_poses(Told([0.202, 0.0], [0.1, 0.01]), clip)
-    assert restored.constant[CHEST, 1] == pytest.approx(0.202 / 101)
+    restored = restore_poses(Told([0.202, 0.0], [1e-3, 1e-4]), clip)
+    assert restored.constant[CHEST, 1] == pytest.approx(0.202 / 101, rel=0.002)  # nearly nothing is shrunk
+
+
+def test_constants_are_shrunk_where_they_are_not_sure() -> None:
+    # A component as large as its standard deviation keeps 1 / 1.25 of its length; one that is ten times as large all but a 400th.
+    for std, kept in ((0.2, 0.16), (0.02, 0.2 / 1.0025)):
+        restored = restore_poses(Told([0.2], [std]), lively().cut(40, 60))
+        assert restored.constant[CHEST, 1] == pytest.approx(kept)
 
 
 def test_windows_fade_into_one_another() -> None:

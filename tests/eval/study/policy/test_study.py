@@ -48,7 +48,7 @@ def prepared(training: list[ClipInfo], holdout: list[ClipInfo], weights: Sequenc
     def library(clips: list[ClipInfo]) -> MotionLibrary:
         return MotionLibrary(tuple(clips), *np.zeros((3, 1, 1)), fps=60.0)
 
-    return PreparedMotions(library(training), np.array(weights), library(holdout), "eve")
+    return PreparedMotions(library(training), library(holdout), "eve", np.array(weights))
 
 
 def test_half_is_linked_with_all_of_the_held_out_performer(tmp_path: Path) -> None:
