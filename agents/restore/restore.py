@@ -17,7 +17,7 @@ from datasets.motion.smoothing import smooth_motion
 
 BATCH_WINDOWS = 32  # that go through the network at once
 # Weight of the variance by which constants are shrunk: a component c of standard deviation s is multiplied by c^2 / (c^2 + SHRINKAGE s^2).
-SHRINKAGE = 0.25
+SHRINKAGE = 0.1
 _PARENTS = list(SKELETON.parents[1:])
 
 

@@ -11,8 +11,8 @@ from datasets.motion.clip import BodyMotion
 from eval.clean.misalignments import Misalignment, find_misalignments
 
 # deg, mean angle of the constant misalignments over the bodies, under which a clip is taken for clean: of bandai/train, another
-# capture system than the network's, 95 % of the suits' recordings are above and 95 % of the clean clips below.
-MIN_MEAN_MISALIGNMENT_DEG = 3.1
+# capture system than the network's, 95 % of the suits' recordings are above twice as much and 95 % of the clean clips below half of it.
+MIN_MEAN_MISALIGNMENT_DEG = 1.0
 
 
 class RestoredPoses(NamedTuple):

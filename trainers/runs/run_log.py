@@ -5,6 +5,7 @@ import subprocess
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -30,8 +31,9 @@ def progress_bar(title: str) -> Callable[[Sequence[Any]], Iterable[Any]]:
     return lambda items: track(items, title, console=console, transient=True, disable=not console.is_terminal)
 
 
+@cache
 def commit_of_code() -> str:
-    """Return the commit of the code that runs, or "unknown" outside a checkout."""
+    """Return the commit of the code that runs, as it was when first asked, or "unknown" outside a checkout."""
     try:
         found = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=PROJECT_ROOT, capture_output=True, text=True, check=True)
         return found.stdout.strip()

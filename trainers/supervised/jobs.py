@@ -29,6 +29,7 @@ class Job:
         prepare: Takes ``config.data``, the folder of prepared motion and a function that logs a line; returns the motion.
         learner: Takes the config and the motion; returns the learner.
         sample_unit: Unit in which samples are counted, in the plural.
+        selected_by: Name of the score, lower is better, by which the best network is chosen.
         fixed_learner_settings: Settings of the learner that a resumed run must have in common with its beginning.
     """
 
@@ -36,13 +37,14 @@ class Job:
     prepare: Callable[..., Data]
     learner: Callable[..., Learner]
     sample_unit: str
+    selected_by: str = "loss"
     fixed_learner_settings: tuple[str, ...] = ()
 
 
 JOBS = {
-    "root": Job(RootConfig, prepare_root_data, RootLearner, "windows", ("loss",)),
+    "root": Job(RootConfig, prepare_root_data, RootLearner, "windows", fixed_learner_settings=("loss",)),
     "lower_body": Job(LobstrConfig, prepare_lobstr_data, LobstrLearner, "frames"),
-    "restore": Job(RestoreConfig, prepare_restore_data, RestoreLearner, "windows"),
+    "restore": Job(RestoreConfig, prepare_restore_data, RestoreLearner, "windows", selected_by="restored_error_mm"),
 }
 
 

@@ -68,8 +68,8 @@ def test_constants_of_windows_count_by_their_precision() -> None:
 
 
 def test_constants_are_shrunk_where_they_are_not_sure() -> None:
-    # A component as large as its standard deviation keeps 1 / 1.25 of its length; one that is ten times as large all but a 400th.
-    for std, kept in ((0.2, 0.16), (0.02, 0.2 / 1.0025)):
+    # A component as large as its standard deviation keeps 1 / 1.1 of its length; one that is ten times as large all but a thousandth.
+    for std, kept in ((0.2, 0.2 / 1.1), (0.02, 0.2 / 1.001)):
         restored = restore_poses(Told([0.2], [std]), lively().cut(40, 60))
         assert restored.constant[CHEST, 1] == pytest.approx(kept)
 
