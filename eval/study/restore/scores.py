@@ -36,7 +36,7 @@ def score_pair(model: RestoreModel, pair: SuitPair) -> Scores:
         "constant": _degrees(constant),
         "constant_error": _degrees(found.constant - constant),
         "within_two_std": float(np.mean(np.abs(found.constant - constant) < 2.0 * found.constant_std)),
-        "contact_accuracy": 100.0 * float(np.mean(said == contacts)),
+        "contact_accuracy": _accuracy(said, contacts),
         "contact_commoner": 100.0 * float(standing),
         "stance_skate_before": stance_skate(pair.faulty, contacts),
         "stance_skate_planted": stance_skate(plant_feet(found.motion, said), contacts),
@@ -53,6 +53,21 @@ def score_clean_clip(model: RestoreModel, clip: BodyMotion) -> Scores:
         "harm": mean_distance_local_mm(stage.motion, clip),
         "left_alone": 100.0 * (stage.contacts is None),
     }
+
+
+def score_training(model: RestoreModel, pair: SuitPair) -> Scores:
+    """Return the measures by which trainings are compared: of a suit's clip, and of the clean one behind it."""
+    found = restore_poses(model, pair.faulty)
+    return {
+        f"{pair.source} restored_error": _error(found.motion, pair.truth),
+        "contact_accuracy": _accuracy(found.contacts[:, :2] > 0.5, detect_foot_contacts(pair.truth)),
+        "moved_if_clean": mean_distance_local_mm(restore_poses(model, pair.truth).motion, pair.truth),
+    }
+
+
+def _accuracy(said: np.ndarray, contacts: np.ndarray) -> float:
+    """Return the share of contacts that are right [%]."""
+    return 100.0 * float(np.mean(said == contacts))
 
 
 def _error(clip: BodyMotion, truth: BodyMotion) -> float:

@@ -1,6 +1,7 @@
 """Restoring study: poses of simulated suits before and after the restoring network, and what each ingredient of its training is worth."""
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 
 import torch
@@ -9,7 +10,7 @@ from rich.progress import track
 
 from agents.restore.model import RestoreModel
 from agents.weights.pretrained import PRETRAINED_POLICY, load_pretrained_restore
-from configs.process_pool import available_cores
+from configs.process_pool import available_cores, map_on_cores
 from eval.clean.pipeline import RESTORE, CleaningPipeline
 from eval.evaluation_recordings import IMU_SUIT_CLIPS, SENSOR_WALK_FOLDER, TRAIN_FOLDER, check_recordings
 from eval.runs.training_pool import train_all
@@ -21,7 +22,7 @@ from eval.study.framework.trainings import schedule_training
 from eval.study.restore.findings import restore_findings
 from eval.study.restore.page import GROUPS, NOTES, restore_plots
 from eval.study.restore.rows import CLEANED, NOT_RESTORED, cleaning_row, ingredient_row, part_row, severity_row, walk_row
-from eval.study.restore.scores import Scores, score_clean_clip, score_pair
+from eval.study.restore.scores import Scores, score_clean_clip, score_pair, score_training
 from eval.study.restore.suit_pairs import FOLDERS, NUM_RECORDINGS, SuitPair, load_test_clips, simulate_pairs
 from eval.study.restore.variants import INGREDIENTS, Ingredient
 from eval.study.restore.walk import walk_rows
@@ -53,7 +54,7 @@ def restore_study(data: Path, out: Path) -> Study:
     torch.set_num_threads(available_cores())
     clips = load_test_clips(data)
     pairs = simulate_pairs(clips, NUM_RECORDINGS)
-    clean = [score_clean_clip(model, clip) for _, clip in progress_bar("clean clips")(clips)]
+    clean = map_on_cores(partial(score_clean_clip, model), [clip for _, clip in clips], progress_bar("clean clips"))
     rows = _part_rows(pairs, _score_all(model, pairs), [(source, clip.kind) for source, clip in clips], clean)
     rows += [_severity_row(model, clips, severity) for severity in SEVERITIES]
     rows += [walk_row(name, values) for name, values in walk_rows(model, data).items()]
@@ -80,7 +81,7 @@ def _train(runs: Sequence[Training[RestoreConfig]], console: Console) -> None:
 
 
 def _score_all(model: RestoreModel, pairs: Sequence[SuitPair]) -> list[Scores]:
-    return [score_pair(model, pair) for pair in progress_bar("restoring")(pairs)]
+    return map_on_cores(partial(score_pair, model), pairs, progress_bar("restoring"))
 
 
 def _part_rows(pairs: Sequence[SuitPair], scores: Sequence[Scores], clips: Sequence[tuple[str, str]], clean: Sequence[Scores]) -> list[Row]:
@@ -113,13 +114,11 @@ def _ingredient_row(one: Ingredient, runs: Sequence[Training[RestoreConfig]], pa
     """Return the row of a training: of each seed the mean over the first recording of each clip, by folder."""
     seeds = []
     for run in runs:
-        model = RestoreModel.load(run.weights_path)[0]
+        score = partial(score_training, RestoreModel.load(run.weights_path)[0])
         found: dict[str, list[float]] = {}
-        for pair in pairs[::NUM_RECORDINGS]:
-            scored = score_pair(model, pair)
-            found.setdefault(f"{pair.source} restored_error", []).append(scored["restored_error"])
-            found.setdefault("contact_accuracy", []).append(scored["contact_accuracy"])
-            found.setdefault("moved_if_clean", []).append(score_clean_clip(model, pair.truth)["moved_if_clean"])
+        for scores in map_on_cores(score, pairs[::NUM_RECORDINGS]):
+            for name, value in scores.items():
+                found.setdefault(name, []).append(value)
         seeds.append({name: sum(values) / len(values) for name, values in found.items()} | training_cost(run))
     return ingredient_row(one.name, seeds)
 

@@ -46,7 +46,7 @@ def leave(training: Training[RestoreConfig]) -> None:
 def test_a_known_misalignment_is_scored_by_hand(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(restored_poses, "MIN_MEAN_MISALIGNMENT_DEG", 0.5)  # 11.5 degrees of one body are 0.57 on average over 20
     truth = posed({}, 40)  # upright, so that a pitch turns nothing about the vertical, and on its feet
-    scores = score_pair(Told([-0.2], [0.05]), SuitPair("cmu/test", truth, pitched(truth, 0.2)))
+    scores = score_pair(Told([-0.2], [0.005]), SuitPair("cmu/test", truth, pitched(truth, 0.2)))
     assert scores["restored_error"] < 0.01 < 5.0 < scores["truth_error_local"]
     assert scores["constant"] == pytest.approx(np.degrees(0.2) / BODY_COUNT, rel=0.01)  # one of 20 bodies
     assert scores["constant_error"] < 0.1
