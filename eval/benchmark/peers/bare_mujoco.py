@@ -13,7 +13,7 @@ _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
 class ControlRecorder(CpuPhysics):
-    """Physics that records its initial state, its controls and its resets, so that bare MuJoCo can replay them."""
+    """Physics that records its initial state, its controls, the wrenches on the pelvis and its resets: bare MuJoCo can replay them."""
 
     def __init__(self, worlds: int, threads: int) -> None:
         """Build the physics with an empty recording."""
@@ -24,6 +24,7 @@ class ControlRecorder(CpuPhysics):
         """Begin a new recording in the current state."""
         self.initial_state = self.get_state()
         self.targets: list[np.ndarray] = []
+        self.wrenches: list[np.ndarray] = []
         self.resets: dict[int, list[tuple[np.ndarray, np.ndarray]]] = defaultdict(list)  # by step: worlds and states (n, S)
 
     def reset(self, worlds: np.ndarray, pose: np.ndarray, vel: np.ndarray) -> None:
@@ -32,8 +33,9 @@ class ControlRecorder(CpuPhysics):
         self.resets[len(self.targets)].append((worlds, self._batch.state[worlds]))
 
     def step(self, targets: np.ndarray) -> np.ndarray:
-        """Record the targets and step."""
+        """Record the targets and the wrenches, and step."""
         self.targets.append(targets)
+        self.wrenches.append(self._wrench[:, 1].copy())
         return super().step(targets)
 
 
@@ -50,9 +52,9 @@ class BareBatch:
 
     def run(self) -> int:
         """Replay the recording; return the control steps of all worlds."""
-        qpos, ctrl = self._batch.bind("qpos"), self._batch.bind("ctrl")
-        for count, targets in enumerate(self._recorder.targets):
-            ctrl[:] = targets
+        qpos, ctrl, wrench = (self._batch.bind(name) for name in ("qpos", "ctrl", "xfrc_applied"))
+        for count, (targets, wrenches) in enumerate(zip(self._recorder.targets, self._recorder.wrenches, strict=True)):
+            ctrl[:], wrench[:, 1] = targets, wrenches
             self._batch.step(nstep=self._recorder.steps)
             for worlds, states in self._recorder.resets[count + 1]:
                 self._batch.state[worlds] = states
