@@ -3,12 +3,12 @@
 import torch
 
 from agents.restore.model import RestorePrediction
-from datasets.motion.mirror import MIRRORED_QUATERNION, OTHER_SIDE
+from datasets.motion.mirror import MIRRORED_AXIAL_VECTOR, MIRRORED_QUATERNION, OTHER_SIDE
 from datasets.motion.rotation import Constant
 
 _CONTACTS = [1, 0, 4, 5, 2, 3]
 _QUATERNION = Constant(MIRRORED_QUATERNION)
-_VECTOR = Constant([-1.0, 1.0, -1.0])  # of rotations
+_VECTOR = Constant(MIRRORED_AXIAL_VECTOR)
 _ROOT = Constant([1.0, 1.0, -1.0])  # height, velocity ahead and to the left
 
 

@@ -6,10 +6,9 @@ import numpy as np
 
 from datasets.library.motion_library import MotionLibrary, table_parts
 from datasets.motion.humanoid import HINGES
-from datasets.motion.mirror import MIRRORED_QUATERNION, OTHER_SIDE, mirrored_name
+from datasets.motion.mirror import MIRRORED_AXIAL_VECTOR, MIRRORED_QUATERNION, MIRRORED_VECTOR, OTHER_SIDE, mirrored_name
 
-_VECTOR = np.array([1.0, -1.0, 1.0], dtype=np.float32)  # mirrored at the plane y = 0
-_AXIAL = -_VECTOR  # of rotations
+_VECTOR, _AXIAL = (np.array(signs, dtype=np.float32) for signs in (MIRRORED_VECTOR, MIRRORED_AXIAL_VECTOR))
 _MATRIX = np.outer(_VECTOR, _VECTOR)
 _OTHER_HINGE = [HINGES.index((OTHER_SIDE[body], axis)) for body, axis in HINGES]
 _HINGE_SIGNS = np.array([_AXIAL["xyz".index(axis)] for _, axis in HINGES])

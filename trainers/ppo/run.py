@@ -184,20 +184,18 @@ class PpoRun:
     def _replace_learner(self, lost: LearnerLostError) -> None:
         """Start another learner from the newest checkpoint."""
         assert isinstance(self._learner, RemoteLearner)  # who else can be lost
+        self._consecutive_learner_losses += 1
+        if self._consecutive_learner_losses > MAX_CONSECUTIVE_LEARNER_LOSSES:
+            raise RunError(f"the learner was lost {self._consecutive_learner_losses} times in a row: {lost}")
+        self._learner.restart()
         newest = self.checkpoints.newest()
         tree: dict[str, Any] = newest[0] if newest else {"clock": {}}
-        replaced = False
-        while not replaced:
-            self._consecutive_learner_losses += 1
-            if self._consecutive_learner_losses > MAX_CONSECUTIVE_LEARNER_LOSSES:
-                raise RunError(f"the learner was lost {self._consecutive_learner_losses} times in a row: {lost}")
-            self._learner.restart()
+        if newest:
             try:
-                if newest:
-                    self._learner.set_state(tree["learner"])
-                replaced = True
+                self._learner.set_state(tree["learner"])
             except LearnerLostError as again:  # Ray had not noticed yet that the node it chose is gone
-                lost = again
+                self._replace_learner(again)
+                return
         before, self.clock = self.clock, RunClock(**tree["clock"])
         self._log.begin(self.clock.samples)
         gone = before.samples - self.clock.samples

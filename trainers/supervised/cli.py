@@ -83,8 +83,8 @@ def _evaluate(learner: Learner, data: Data, config: Config, clock: RunClock, log
     """Score the model on the held-out performer and keep it if it is the best so far."""
     begin = time.monotonic()
     score = learner.score()
-    value = -score[JOBS[config.learns].selected_by]
-    better = value > clock.best
+    selected = -score[JOBS[config.learns].selected_by]
+    better = selected > clock.best
     log.write(clock.samples, {f"held_out/{name}": value for name, value in score.items()})
     text = "  ".join(f"{name} {value:.4f}" for name, value in score.items())
     log.info(f"held out{', best' if better else ''} at {clock.samples / 1e6:.2f} M {JOBS[config.learns].sample_unit}:   {text}")
@@ -97,7 +97,7 @@ def _evaluate(learner: Learner, data: Data, config: Config, clock: RunClock, log
     except OSError as error:
         log.info(f"the best model could not be written ({error}); the one before stays")
         return clock
-    return replace(clock, best=value)
+    return replace(clock, best=selected)
 
 
 def _card(data: Data, config: Config, clock: RunClock, score: dict[str, float]) -> dict[str, object]:
