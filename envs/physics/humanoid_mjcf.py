@@ -1,6 +1,7 @@
 """Builds the MuJoCo model of the humanoid on a flat floor: the 20 bodies of ``datasets.motion.humanoid``, with motors."""
 
 from dataclasses import dataclass
+from itertools import combinations
 
 import mujoco
 import numpy as np
@@ -15,11 +16,20 @@ TIME_STEP_S = 1.0 / 240.0  # s
 CONTACT_TIME_CONSTANT_S = 2.1 * TIME_STEP_S  # s
 ARMATURE = 0.02  # kg m^2, rotor inertia that keeps light limbs stable under stiff gains
 FOOT_ARMATURE = 0.1  # kg m^2, of ankles and toes: the mass behind a contact that follows the motor's stiffness
-# Sliding, torsional, rolling. MuJoCo's cheap pyramid of friction has its edges at 1.5 and its sides at 1.06: about what a shoe has on a
-# floor of wood (1.0 to 1.2); with edges at 1 it would have 0.71 aslant. Friction is twice as stiff as the ground: less creeps under load.
+# Sliding, torsional, rolling: a rubber sole's. Friction is twice as stiff as the ground: less creeps under load.
 FRICTION = [1.5, 0.005, 0.0001]
 FRICTION_IMPEDANCE_RATIO = 2.0  # against the normal direction's
 JOINT_DAMPING = 0.5  # Nm s/rad, passive, beside the motors'
+# A body has a dozen contact forces, and few of them change from step to step: a few sweeps of projected Gauss-Seidel from the last
+# step's forces slide, sink and last like Newton's exact solution, for two thirds of its time.
+SOLVER_ITERATIONS = 8
+# A foot stands on the lower edges of heel, ball and toe tip, rounded bars of two contacts each: its boxes would have eight, four of them
+# at the ball, where they meet.
+EDGE_RADIUS_M = 0.005
+SOLE_EDGES = tuple(f"{edge}_{side}" for side in "lr" for edge in ("heel", "ball", "tip"))
+# What limbs meet in human motion; what is not here passes through (a hand and the other foot, an upper arm and a leg).
+_LEG, _ARM = ("thigh", "shin", "foot", "toe"), ("forearm", "hand")
+_MET_BY_ARMS = ("pelvis", "spine", "chest", "head", "thigh", "shin")
 
 
 @dataclass(frozen=True)
@@ -56,12 +66,19 @@ _MOTORS = {
 }
 
 
+def _split_name(body_name: str) -> tuple[str, str]:
+    """Return the name without its side, and the side: "l", "r" or, for the middle bodies, none."""
+    name, _, side = body_name.rpartition("_")
+    return (name, side) if side in ("l", "r") else (body_name, "")
+
+
 def motor_parameters(body_name: str) -> MotorParameters:
     """Return the motor parameters of a body that has hinges, the same left and right."""
-    return _MOTORS[body_name.removesuffix("_l").removesuffix("_r")]
+    return _MOTORS[_split_name(body_name)[0]]
 
 
 _SURFACE = {"friction": FRICTION, "solref": [CONTACT_TIME_CONSTANT_S, 1.0]}  # of the floor and of every body
+_PAIR_SURFACE = _SURFACE | {"friction": [FRICTION[0], FRICTION[0], FRICTION[1], FRICTION[2], FRICTION[2]]}  # sliding and rolling, two each
 FOOT_BODY_IDS = tuple(1 + body for side in FOOT_AND_TOE_BODIES for body in side)  # of feet and toes; body 0 of the model is the world
 HINGE_KP = np.array([motor_parameters(BODY_NAMES[body]).kp for body, _ in HINGES])  # (43,)
 HINGE_KV = np.array([motor_parameters(BODY_NAMES[body]).kv for body, _ in HINGES])  # (43,)
@@ -71,12 +88,20 @@ def build_spec() -> mujoco.MjSpec:
     """Return the editable description of floor, humanoid, motors and sensors.
 
     Bodies and their shapes, one each, have the names of ``datasets.motion.humanoid``; hinges and motors have the names and
-    the order of ``humanoid.HINGE_NAMES``. Shapes that touch each other in the T-pose are neighbours and do not
-    collide; all others do.
+    the order of ``humanoid.HINGE_NAMES``. Every shape collides with the floor, a foot by the edges of its sole; a leg with the other
+    one, and forearms and hands with each other, the trunk, the head, thighs and shins, without friction. Neighbours do not: shapes that
+    touch each other in the T-pose.
     """
     spec = _bare_spec()
-    for first, second in _touching_at_rest(spec.compile()):
-        spec.add_exclude(bodyname1=first, bodyname2=second)
+    neighbours = _touching_at_rest(spec.compile())
+    for geom in spec.geoms:  # only the pairs below collide
+        geom.contype = geom.conaffinity = 0
+    _add_sole_edges(spec)
+    for name in (*SOLE_EDGES, *(BODY_NAMES[body] for body in range(BODY_COUNT) if 1 + body not in FOOT_BODY_IDS)):
+        spec.add_pair(geomname1="floor", geomname2=name, **_PAIR_SURFACE)
+    for first, second in combinations(BODY_NAMES, 2):
+        if _can_meet(first, second) and (first, second) not in neighbours:
+            spec.add_pair(geomname1=first, geomname2=second, condim=1, **_PAIR_SURFACE)
     return spec
 
 
@@ -85,15 +110,56 @@ def build_model() -> mujoco.MjModel:
     return build_spec().compile()
 
 
+def use_exact_solver(model: mujoco.MjModel) -> None:
+    """Have contact forces solved to convergence by Newton's method, as mujoco-warp has to: it has no Gauss-Seidel."""
+    model.opt.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    model.opt.iterations = 100
+    model.opt.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE  # few contacts, each on one leg
+
+
+def build_overlap_model() -> mujoco.MjModel:
+    """Return the model in which all shapes but neighbours collide, to find overlaps of posed bodies."""
+    spec = _bare_spec()
+    for first, second in _touching_at_rest(spec.compile()):
+        spec.add_exclude(bodyname1=first, bodyname2=second)
+    return spec.compile()
+
+
+def _add_sole_edges(spec: mujoco.MjSpec) -> None:
+    """Add the edges on which feet stand, invisible and without mass; a foot's own front edge lies at the ball of the toes."""
+    for name in SOLE_EDGES:
+        edge, side = _split_name(name)
+        body = f"{'foot' if edge == 'heel' else 'toe'}_{side}"
+        corners = np.array(BODIES[BODY_NAMES.index(body)].shape.points)
+        low, high = corners.min(axis=0) + EDGE_RADIUS_M, corners.max(axis=0) - EDGE_RADIUS_M
+        x = high[0] if edge == "tip" else low[0]
+        spec.body(body).add_geom(
+            name=name, type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=[x, low[1], low[2], x, high[1], low[2]], size=[EDGE_RADIUS_M, 0, 0],
+            mass=0.0, contype=0, conaffinity=0, group=3,
+        )  # fmt: skip
+
+
+def _can_meet(first: str, second: str) -> bool:
+    """Return whether two bodies' shapes collide in the simulation, neighbours aside."""
+    (one, side), (two, other_side) = _split_name(first), _split_name(second)
+    opposite = side != other_side and "" not in (side, other_side)
+    if (one in _LEG and two in _LEG) or (one in _ARM and two in _ARM):
+        return opposite
+    return (one in _ARM and two in _MET_BY_ARMS) or (two in _ARM and one in _MET_BY_ARMS)
+
+
 def _bare_spec() -> mujoco.MjSpec:
     spec = mujoco.MjSpec()
     spec.option.timestep = TIME_STEP_S
     # Euler integrates the joints' damping implicitly, which includes the motors'; implicitfast would do the same 4 % slower.
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
+    # A round cone of friction has three rows a contact, its pyramid four, and less friction aslant.
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = FRICTION_IMPEDANCE_RATIO
-    # Few contacts, each on one leg: most of the Jacobian is empty, and one body is one island.
-    spec.option.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
-    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND
+    spec.option.solver = mujoco.mjtSolver.mjSOL_PGS
+    spec.option.iterations = SOLVER_ITERATIONS
+    spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND  # one body is one island
     # A diverged world must be detected and end its episode, not be reset by the engine.
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     _add_floor(spec)
@@ -179,6 +245,6 @@ def _touching_at_rest(model: mujoco.MjModel, gap: float = 0.02) -> list[tuple[st
     """Return the pairs of bodies whose shapes come nearer than ``gap`` [m] in the T-pose."""
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    ids = range(1, BODY_COUNT + 1)  # of bodies and of their geoms: the floor's is 0, as the world's
+    ids = range(1, BODY_COUNT + 1)  # of bodies and of their shapes: the floor's is 0, as the world's
     near = [(a, b) for a in ids for b in ids if a < b and mujoco.mj_geomDistance(model, data, a, b, gap, None) < gap]
     return [(BODY_NAMES[a - 1], BODY_NAMES[b - 1]) for a, b in near]

@@ -8,7 +8,7 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_NAMES, HINGES, hinge_angles, rotations_from_hinges
-from envs.physics.humanoid_mjcf import build_model
+from envs.physics.humanoid_mjcf import build_overlap_model
 
 # Compliance of hinges: that of arms is higher than that of legs, which stand; back, collars, head and feet keep their angles.
 JOINT_COMPLIANCE = {"upper_arm": 1.0, "forearm": 1.0, "thigh": 0.1, "shin": 0.1}
@@ -56,7 +56,7 @@ class _Body:
     """The posed humanoid and its overlapping shapes."""
 
     def __init__(self) -> None:
-        self._model = build_model()
+        self._model = build_overlap_model()
         self._data = mujoco.MjData(self._model)
         self._compliance = np.array(
             [JOINT_COMPLIANCE.get(BODY_NAMES[body].removesuffix("_l").removesuffix("_r"), 0.0) for body, _ in HINGES]

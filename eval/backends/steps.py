@@ -10,17 +10,17 @@ import torch
 from datasets.library.motion_library import MotionLibrary
 from envs.mimic.spec import MimicSpec
 from envs.physics.engine_interface import CONTROL_STEP_S, engine_steps
+from envs.physics.humanoid_mjcf import SOLE_EDGES, build_model, use_exact_solver
+from envs.physics.mujoco_cpu import CpuPhysics
 from envs.torch_env import AdaptMimicTorchEnv
 from envs.vector_env import AdaptMimicVectorEnv
 
 ROUNDING_DISTANCE_M = 1e-6  # m; smaller distances are within single precision of 0
-ALIKE, SUNK, TOUCHING = "alike", "sunk", "touching"
+ALIKE, TOUCHING = "alike", "touching"
 CAUSES = {
     ALIKE: "neither of the below",
-    SUNK: "a box has corners of its upper half in the ground: MuJoCo takes the lower four, mujoco-warp all of them",
     TOUCHING: f"something touches within {ROUNDING_DISTANCE_M * 1e6:g} um: in double precision or in single, not in both",
 }
-_CORNERS = np.stack(np.meshgrid(*[[-1.0, 1.0]] * 3), axis=-1).reshape(8, 3)
 
 
 class StepDifferences(NamedTuple):
@@ -61,7 +61,8 @@ def step_differences(
         device: Device of the torch env.
         after_step: Called after each step.
     """
-    ours, other = AdaptMimicVectorEnv(library, worlds, spec), AdaptMimicTorchEnv(library, worlds, spec, device)
+    ours = AdaptMimicVectorEnv(library, worlds, spec, physics=_with_exact_solver)
+    other = AdaptMimicTorchEnv(library, worlds, spec, device)
     cause, rng = _Cause(ours.physics.model), np.random.default_rng(0)
     ours.reset(seed=0)
     found = []
@@ -81,6 +82,13 @@ def step_differences(
     return StepDifferences(*(np.concat(part) for part in zip(*found, strict=True)))
 
 
+def _with_exact_solver(worlds: int, threads: int) -> CpuPhysics:
+    """Return physics with the solver that mujoco-warp has, not with the few sweeps of Gauss-Seidel that training takes."""
+    model = build_model()
+    use_exact_solver(model)
+    return CpuPhysics(worlds, threads, model)
+
+
 def _state_of(ours: AdaptMimicVectorEnv, other: AdaptMimicTorchEnv) -> dict[str, Any]:
     """Return the state of the native env, whose physics was just reset, as one of the torch env."""
     poses, speeds, _ = ours.physics.motion()
@@ -96,7 +104,7 @@ class _Cause:
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self._model, self._data = model, mujoco.MjData(model)
-        self._boxes = np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_BOX)
+        self._edges = np.array([model.geom(name).id for name in SOLE_EDGES])
 
     def of(self, pose: np.ndarray, speed: np.ndarray, targets: np.ndarray) -> str:
         """Return the cause, one of ``CAUSES``, of a step from a state under targets of the motors."""
@@ -105,15 +113,11 @@ class _Cause:
         nearest = np.inf
         for _ in range(engine_steps(self._model, CONTROL_STEP_S)):
             mujoco.mj_step1(self._model, self._data)
-            heights, upper = self._corners()
-            if (upper & (heights < 0.0)).any():
-                return SUNK
-            nearest = min(nearest, np.abs(heights).min(), np.abs(self._data.contact.dist).min(initial=np.inf))
+            nearest = min(nearest, np.abs(self._edge_heights()).min(), np.abs(self._data.contact.dist).min(initial=np.inf))
             mujoco.mj_step2(self._model, self._data)
         return TOUCHING if nearest < ROUNDING_DISTANCE_M else ALIKE
 
-    def _corners(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the heights of all corners of boxes [m], and whether each is in the upper half of its box, each (B, 8)."""
-        mats = self._data.geom_xmat[self._boxes].reshape(-1, 3, 3)
-        rise = np.einsum("bj,kj,bj->bk", mats[:, 2], _CORNERS, self._model.geom_size[self._boxes])
-        return self._data.geom_xpos[self._boxes, 2:] + rise, rise > 0.0
+    def _edge_heights(self) -> np.ndarray:
+        """Return the heights of both ends of the soles' edges [m], shape (2, 6)."""
+        rise = self._model.geom_size[self._edges, 1] * self._data.geom_xmat[self._edges, 8]  # capsules lie along their z axis
+        return self._data.geom_xpos[self._edges, 2] - self._model.geom_size[self._edges, 0] + np.stack([rise, -rise])

@@ -9,7 +9,9 @@ from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv, Vecto
 from datasets.library.motion_library import MotionLibrary
 from envs.gym_env import load_motion_library
 from envs.mimic.spec import MimicSpec
+from envs.physics.mujoco_cpu import CpuPhysics
 from envs.vector_env import AdaptMimicVectorEnv
+from eval.benchmark.contacts.model_variants import EXACT, VARIANTS
 from eval.benchmark.peers.bare_mujoco import BareBatch, BareStep, ControlRecorder
 from eval.benchmark.timing.interleaved import BenchmarkCase, BenchmarkResult, interleave
 
@@ -44,6 +46,7 @@ def measure_envs(
     }
     cases = [
         *_vector_pair(library, worlds, 1, steps),
+        _exact(library, worlds, steps),
         *_vector_pair(library, worlds, 2, steps),
         *_single_pair(library, 20 * steps),
         *(_peer(name, env, 2 * steps) for name, env in peers.items()),
@@ -74,6 +77,18 @@ def _vector_pair(library: MotionLibrary, worlds: int, threads: int, steps: int) 
         ),
         BenchmarkCase(limit, "mujoco.batch.Batch alone, through the same states and controls", bare.run, bare.prepare),
     )
+
+
+def _exact(library: MotionLibrary, worlds: int, steps: int) -> BenchmarkCase:
+    """Return the case of our vector env on the model of exact contact forces; its limit is the model in use."""
+    exact = next(variant for variant in VARIANTS if variant.name == EXACT)
+
+    def physics(worlds: int, threads: int) -> CpuPhysics:
+        return CpuPhysics(worlds, threads, exact.build())
+
+    env = AdaptMimicVectorEnv(library, worlds, threads=1, physics=physics)
+    env.reset(seed=SEED)
+    return BenchmarkCase("exact contacts, 1 thread", exact.description, _stepping(env, steps), limit="vector env, 1 thread")
 
 
 def _single_pair(library: MotionLibrary, steps: int) -> tuple[BenchmarkCase, BenchmarkCase]:

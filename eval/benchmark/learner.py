@@ -7,11 +7,11 @@ from importlib.util import find_spec
 import numpy as np
 import torch
 
-from agents.policy.mlp import HAS_ONEDNN
+from agents.policy.mlp import HAS_ONEDNN, onednn_linear
 from configs.load import CONFIG_DIR, load_config
 from datasets.library.motion_library import MotionLibrary
 from envs.gym_env import load_motion_library
-from eval.benchmark.peers.matmul_limit import MatrixProducts, multiply_by_mkl
+from eval.benchmark.peers.matmul_limit import MatrixProducts, chosen_product, multiply_by_default
 from eval.benchmark.peers.ppo_updates import PeerData, RslLearner, Sb3Learner, peer_data
 from eval.benchmark.timing.interleaved import BenchmarkCase, BenchmarkResult, interleave
 from trainers.algorithms.ppo_config import PpoConfig
@@ -19,7 +19,8 @@ from trainers.algorithms.ppo_learner import PpoLearner
 from trainers.algorithms.rollout import Rollout, Step
 from trainers.collectors.cpu_collector import CpuCollector
 
-OURS, LIMIT, MKL = "ours", "its matrix products", "its matrix products, torch.mm"
+OURS = "ours"
+ONEDNN, DEFAULT = "its matrix products, oneDNN", "its matrix products, torch.mm"
 # By name of the row: module without which it is left out, class, and differences.
 PEERS = {
     "Stable-Baselines3": ("stable_baselines3", Sb3Learner, "PPO.train; observations come normalised, advantages are by minibatch"),
@@ -50,13 +51,13 @@ def measure_learner(
         learner = PpoLearner(config)
         rollout, last_observations = collect_rollout(config, library, learner)
         torch.set_num_threads(config.learner.threads)  # of all
-        products = MatrixProducts(config)
+        products = {name: MatrixProducts(config, multiply) for name, multiply in _products().items()}
         peers, missing = _peers(config, learner, peer_data(learner, rollout, last_observations))
-        cases = [_ours(learner, rollout), *_limits(config, products), *peers]
+        cases = [_ours(learner, rollout), *_limits(products), *peers]
         rates = interleave(cases, rounds, after_round)
     finally:
         torch.set_num_threads(threads)
-    per_sample = products.flops / rollout.samples
+    per_sample = products[DEFAULT].flops / rollout.samples
     return BenchmarkResult(
         "learner",
         "samples/s",
@@ -76,17 +77,23 @@ def _ours(learner: PpoLearner, rollout: Rollout) -> BenchmarkCase:
         learner.update([rollout], 0.0)
         return float(rollout.samples)
 
-    return BenchmarkCase(OURS, "PpoLearner.update, observations as collected", run, lambda: learner.set_state(begin), LIMIT)
+    return BenchmarkCase(OURS, "PpoLearner.update, observations as collected", run, lambda: learner.set_state(begin), _chosen_products())
 
 
-def _limits(config: PpoConfig, products: MatrixProducts) -> list[BenchmarkCase]:
-    """Return the cases of the products in the quickest way, and as PyTorch does them by default where that differs."""
-    if not HAS_ONEDNN:
-        return [BenchmarkCase(LIMIT, "alone, by torch.mm", products.run)]
-    return [
-        BenchmarkCase(LIMIT, "alone, by oneDNN: the quickest way that was found", products.run),
-        BenchmarkCase(MKL, "alone, as PyTorch multiplies by default", MatrixProducts(config, multiply_by_mkl).run),
-    ]
+def _products() -> dict[str, Callable[[torch.Tensor, torch.Tensor], torch.Tensor]]:
+    """Return the products that are compared, by name of the row."""
+    return ({ONEDNN: onednn_linear} if HAS_ONEDNN else {}) | {DEFAULT: multiply_by_default}
+
+
+def _chosen_products() -> str:
+    """Return the name of the products that the policy's networks have chosen on this machine."""
+    return ONEDNN if chosen_product() is onednn_linear else DEFAULT
+
+
+def _limits(products: dict[str, MatrixProducts]) -> list[BenchmarkCase]:
+    """Return the cases of the products alone."""
+    notes = dict.fromkeys(products, "alone") | {_chosen_products(): "alone; ours multiplies so on this machine"}
+    return [BenchmarkCase(name, notes[name], one.run) for name, one in products.items()]
 
 
 def _peers(config: PpoConfig, learner: PpoLearner, data: PeerData) -> tuple[list[BenchmarkCase], list[str]]:

@@ -16,7 +16,7 @@ from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODIES, FOOT_AND_TOE_BODIES, hinge_angles
 from datasets.motion.kinematics import body_poses, centre_of_mass, lowest_point_heights
 from datasets.motion.rotation import rotate
-from eval.metrics.humanoid_model import humanoid_model
+from eval.metrics.humanoid_model import overlap_model
 
 CONTACT_BY_HEIGHT_M = 0.02  # m; a foot whose lowest point is below this is in contact by height, at any speed (docs/metrics.md)
 JITTER_RATE_HZ = 60.0  # Hz, at which jitter is defined
@@ -103,7 +103,7 @@ def self_penetration_depths(motion: BodyMotion) -> np.ndarray:
 
     MuJoCo's collision detection finds the overlaps of the posed bodies. Shapes within 2 cm of each other in the T-pose are adjacent.
     """
-    model = humanoid_model()
+    model = overlap_model()
     data = mujoco.MjData(model)
     poses = np.concat([motion.root_position, motion.local_rotations[:, 0], hinge_angles(motion.local_rotations)], axis=1)
     depths = np.zeros(len(motion))

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 
 from datasets.motion.humanoid import FOOT_AND_TOE_BODIES, GRAVITY_M_S2, TOTAL_MASS_KG
-from eval.metrics.humanoid_model import humanoid_model
+from eval.metrics.humanoid_model import exact_contact_model
 
 MIN_CONTACT_FORCE_N = 0.05 * GRAVITY_M_S2 * TOTAL_MASS_KG  # N; a foot that carries at least this is in contact by force (docs/metrics.md)
 
@@ -17,7 +17,7 @@ def foot_loads(poses: np.ndarray, velocities: np.ndarray, targets: np.ndarray) -
         velocities: Generalised velocities, shape (T, 49).
         targets: Target angles of the motors [rad], shape (T, 43).
     """
-    model = humanoid_model()
+    model = exact_contact_model()
     data, force = mujoco.MjData(model), np.zeros(6)
     side_of = {1 + body: side for side, foot in enumerate(FOOT_AND_TOE_BODIES) for body in foot}
     loads = np.zeros((len(poses), 2))

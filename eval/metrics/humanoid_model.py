@@ -1,13 +1,21 @@
-"""The humanoid's MuJoCo model for measuring poses and loads, compiled once per process."""
+"""The humanoid's MuJoCo models for measuring poses and loads, compiled once per process; callers must not change them."""
 
 from functools import cache
 
 import mujoco
 
-from envs.physics.humanoid_mjcf import build_model
+from envs.physics.humanoid_mjcf import build_model, build_overlap_model, use_exact_solver
 
 
 @cache
-def humanoid_model() -> mujoco.MjModel:
-    """Return the compiled humanoid, the same object each time: callers must not change it."""
-    return build_model()
+def overlap_model() -> mujoco.MjModel:
+    """Return the humanoid in which all shapes but neighbours collide."""
+    return build_overlap_model()
+
+
+@cache
+def exact_contact_model() -> mujoco.MjModel:
+    """Return the simulated humanoid with exact contact forces, which need no step before."""
+    model = build_model()
+    use_exact_solver(model)
+    return model

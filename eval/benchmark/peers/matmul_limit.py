@@ -6,16 +6,18 @@ from typing import NamedTuple
 
 import torch
 
-from agents.policy.mlp import HAS_ONEDNN, onednn_linear
+from agents.policy.mlp import is_onednn_quicker, onednn_linear
 from trainers.algorithms.ppo_config import PpoConfig
 
 
-def multiply_by_mkl(rows: torch.Tensor, columns: torch.Tensor) -> torch.Tensor:
+def multiply_by_default(rows: torch.Tensor, columns: torch.Tensor) -> torch.Tensor:
     """Return ``rows @ columns.T`` as PyTorch does it by default."""
     return torch.mm(rows, columns.t())
 
 
-QUICKEST: Callable[[torch.Tensor, torch.Tensor], torch.Tensor] = onednn_linear if HAS_ONEDNN else multiply_by_mkl
+def chosen_product() -> Callable[[torch.Tensor, torch.Tensor], torch.Tensor]:
+    """Return the product that the policy's networks have chosen on this machine."""
+    return onednn_linear if is_onednn_quicker() else multiply_by_default
 
 
 class _Layer(NamedTuple):
@@ -28,7 +30,7 @@ class _Layer(NamedTuple):
 class MatrixProducts:
     """All matrix products of an update of actor and critic, on random matrices of their shapes."""
 
-    def __init__(self, config: PpoConfig, multiply: Callable[[torch.Tensor, torch.Tensor], torch.Tensor] = QUICKEST) -> None:
+    def __init__(self, config: PpoConfig, multiply: Callable[[torch.Tensor, torch.Tensor], torch.Tensor]) -> None:
         """Draw the matrices of a minibatch.
 
         Args:

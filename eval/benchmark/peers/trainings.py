@@ -12,7 +12,7 @@ import torch
 from configs.process_pool import available_cores
 from datasets.library.motion_library import MotionLibrary
 from eval.benchmark.peers.bare_mujoco import BareBatch, ControlRecorder
-from eval.benchmark.peers.matmul_limit import MatrixProducts
+from eval.benchmark.peers.matmul_limit import MatrixProducts, chosen_product
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.algorithms.ppo_learner import PpoLearner
 from trainers.collectors.cpu_collector import CpuCollector
@@ -183,7 +183,10 @@ class BareTraining:
         recorder.restart_recording()
         learner = PpoLearner(config)
         collector.collect(learner.weights(), config.learner.action_std, 0.0)
-        self._bare, self._products = BareBatch(recorder, config.collect.envs, config.collect.threads), MatrixProducts(config)
+        self._bare, self._products = (
+            BareBatch(recorder, config.collect.envs, config.collect.threads),
+            MatrixProducts(config, chosen_product()),
+        )
 
     def iterate(self) -> int:
         """Step and multiply; return the samples."""

@@ -4,8 +4,15 @@ import pytest
 import torch
 from torch import nn
 
-from agents.policy.mlp import MLP, onednn_linear
+from agents.policy import mlp
+from agents.policy.mlp import MLP, is_onednn_quicker, onednn_linear
 from agents.policy.policy import ACTIVATIONS
+
+
+@pytest.fixture(params=[True, False], ids=["oneDNN", "default"], autouse=True)
+def chosen(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have the perceptron multiply by oneDNN, and then by PyTorch's default."""
+    monkeypatch.setattr(mlp, "is_onednn_quicker", lambda: request.param)
 
 
 def layers(activation: str) -> list[nn.Module]:
@@ -20,6 +27,18 @@ def test_a_product_by_hand() -> None:
     biases = torch.tensor([0.5, -17.25])
     assert onednn_linear(rows, columns, biases).tolist() == [[11.5, -0.25]]
     assert onednn_linear(rows, columns, biases, tanh=True)[0].tolist() == pytest.approx([1.0, -0.244919], abs=1e-6)
+
+
+@pytest.mark.parametrize(("default_s", "quicker"), [(0.9, False), (1.2, False), (1.3, True)])
+def test_onednn_is_chosen_where_it_is_quicker_by_a_quarter(default_s: float, quicker: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    # The least of each one's repetitions counts: 1 s for oneDNN.
+    seconds = iter([[1.4, 1.0], [default_s, 2.0]])
+    monkeypatch.setattr(mlp, "repeat", lambda *_, **__: next(seconds))
+    is_onednn_quicker.cache_clear()
+    try:
+        assert is_onednn_quicker() == quicker
+    finally:
+        is_onednn_quicker.cache_clear()
 
 
 @pytest.mark.parametrize("activation", ACTIVATIONS)

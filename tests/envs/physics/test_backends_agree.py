@@ -2,8 +2,6 @@
 
 Known differences of the two engines, beside single precision and a solver that stops at 1e-6 instead of 1e-8:
 
-- A box deep in the ground touches it with four corners in MuJoCo, with all that are below in mujoco-warp. Since the ground is stiff enough
-  none is: before, in 3 % of the steps of a random policy, which stumbles, and at most by a few m/s of a toe.
 - What is contact within rounding is contact in one of them only: in one control step of a hundred. A start that touched the ground at
   exactly 0 used to be one, and made episodes of an unsteady policy differ by 0.02 of their length; now starts are 0.1 mm in the ground.
 - Capsules that lie along each other, and friction on the verge of slipping, come out differently in one step of a few hundred.

@@ -6,7 +6,7 @@ import pytest
 
 from datasets.motion.humanoid import BODY_COM_OFFSETS, BODY_MASSES_KG, BODY_NAMES, HINGE_NAMES
 from envs.physics.engine_interface import CONTROL_STEP_S, engine_steps
-from envs.physics.humanoid_mjcf import HINGE_KP, HINGE_KV, build_model, motor_parameters
+from envs.physics.humanoid_mjcf import HINGE_KP, HINGE_KV, build_model, build_overlap_model, motor_parameters
 from tests.builders import STANDING, hinge
 
 HIGH = 5.0  # m, where nothing is touched
@@ -52,8 +52,8 @@ def test_a_frame_of_the_reference_is_a_whole_number_of_engine_steps(model: mujoc
 
 def test_contacts_are_no_stiffer_than_the_engine_resolves(model: mujoco.MjModel) -> None:
     # MuJoCo raises a time constant below two steps to two steps, without a word.
-    assert np.allclose(model.geom_solref, [0.00875, 1.0])
-    assert model.geom_solref[:, 0].min() >= 2.0 * model.opt.timestep
+    assert np.allclose(model.pair_solref, [0.00875, 1.0])
+    assert model.pair_solref[:, 0].min() >= 2.0 * model.opt.timestep
 
 
 def test_ankles_and_toes_have_the_inertia_of_their_motors(model: mujoco.MjModel) -> None:
@@ -102,7 +102,7 @@ def test_gains_by_hinge() -> None:
 
 def test_standing_t_pose_touches_the_ground_with_its_feet_only(model: mujoco.MjModel) -> None:
     found = touching(model, posed(model, {}, STANDING - 0.001))
-    assert found == {frozenset({"floor", f"{part}_{side}"}) for part in ("foot", "toe") for side in "lr"}
+    assert found == {frozenset({"floor", f"{edge}_{side}"}) for edge in ("heel", "ball", "tip") for side in "lr"}
     assert touching(model, posed(model, {}, HIGH)) == set()
 
 
@@ -113,6 +113,26 @@ def test_the_body_can_touch_itself(model: mujoco.MjModel) -> None:
     assert {frozenset({"shin_l", "shin_r"}), frozenset({"thigh_l", "thigh_r"})} <= pairs
     folded = {"upper_arm_l_z": -80.0, "upper_arm_r_z": 80.0, "forearm_l_z": -90.0, "forearm_r_z": 90.0}
     assert frozenset({"forearm_l", "forearm_r"}) in touching(model, posed(model, folded, HIGH))
+
+
+def test_overlaps_are_found_between_all_but_neighbours() -> None:
+    # Feet have their boxes here, which the simulation replaces by the edges of the sole; upper arms, crossed before the chest, pass there.
+    overlaps = build_overlap_model()
+    assert touching(overlaps, posed(overlaps, {}, HIGH)) == set()
+    found = touching(overlaps, posed(overlaps, {}, STANDING - 0.001))
+    assert found == {frozenset({"floor", f"{part}_{side}"}) for part in ("foot", "toe") for side in "lr"}
+    crossed = {"upper_arm_l_z": -80.0, "upper_arm_r_z": 80.0, "collar_l_z": -60.0, "collar_r_z": 60.0}
+    assert frozenset({"upper_arm_l", "upper_arm_r"}) in touching(overlaps, posed(overlaps, crossed, HIGH))
+
+
+def test_what_limbs_do_not_meet_passes(model: mujoco.MjModel) -> None:
+    pairs = {frozenset(model.geom(geom).name for geom in pair) for pair in zip(model.pair_geom1, model.pair_geom2, strict=True)}
+    assert frozenset({"hand_l", "thigh_r"}) in pairs
+    assert frozenset({"foot_l", "shin_r"}) in pairs
+    assert frozenset({"hand_l", "foot_r"}) not in pairs
+    assert frozenset({"thigh_l", "shin_l"}) not in pairs
+    # 14 bodies beside feet and toes, and six edges on the floor.
+    assert sum("floor" in pair for pair in pairs) == 16 + 6
 
 
 def test_neighbours_bend_freely(model: mujoco.MjModel) -> None:
