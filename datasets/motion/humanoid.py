@@ -120,6 +120,13 @@ _TURN = 2 * np.pi  # rad
 _AXES = {"x": np.array([1.0, 0.0, 0.0]), "y": np.array([0.0, 1.0, 0.0]), "z": np.array([0.0, 0.0, 1.0])}
 
 
+def body_in_words(name: str) -> str:
+    """Return a body's name as people say it, such as "left upper arm"."""
+    part, _, side = name.rpartition("_")
+    sides = {"l": "left", "r": "right"}
+    return f"{sides[side]} {part.replace('_', ' ')}" if side in sides else name
+
+
 def hinge_slice(body: int) -> slice:
     """Return the slice of the hinges of ``body`` among the 43."""
     start = sum(len(b.hinges) for b in BODIES[:body])

@@ -4,12 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from datasets.motion.humanoid import BODIES, BODY_NAMES
+from datasets.motion.humanoid import BODIES, BODY_NAMES, body_in_words
 
 MIN_MISALIGNMENT_DEG = 4.0  # deg; less is within what people see of an optical recording
 MIN_SIGNIFICANCE = 2.0  # standard deviations; what is less sure is corrected as far as it is likely, but not told
 MAX_TOLD = 6  # segments in a notice; the report lists all
-_SIDES = {"l": "left", "r": "right"}
 # What a positive turn about the x axis (forward), the y axis (to the left) and the z axis (up) of a body in T-pose does, and a negative
 # one; of the left limbs, whose mirror images turn the other way about x and z.
 _TRUNK = (("tilted to the right", "tilted to the left"), ("leaning forward", "leaning back"), ("turned to the left", "turned to the right"))
@@ -71,7 +70,5 @@ def misalignment_notice(misalignments: tuple[Misalignment, ...]) -> str:
 def _describe(name: str, axis: int, turn: float) -> str:
     """Return a segment and the direction of its turn about an axis, such as "left foot toed in"."""
     part, _, side = name.rpartition("_")
-    if side not in _SIDES:
-        return f"{name} {_TRUNK[axis][int(turn < 0)]}"
-    sign = turn if side == "l" else turn * _MIRRORED_AXES[axis]
-    return f"{_SIDES[side]} {part.replace('_', ' ')} {_WORDS[part][axis][int(sign < 0)]}"
+    words, sign = _WORDS.get(part, _TRUNK), turn * _MIRRORED_AXES[axis] if side == "r" else turn
+    return f"{body_in_words(name)} {words[axis][int(sign < 0)]}"

@@ -22,6 +22,7 @@ from datasets.retarget.transfer_back import to_performer_bvh, transfer_back
 from envs.mimic.spec import MimicSpec
 from eval.clean.believed_root import locate_root
 from eval.clean.misalignments import misalignment_notice
+from eval.clean.moved_joints import find_moved_spans, moved_notice
 from eval.clean.restored_poses import RestoredPoses, restore_clip
 from eval.clean.result import CleaningResult
 from eval.clean.samcon import ASSIST_FORCE_BW
@@ -92,7 +93,14 @@ class CleaningPipeline:
         output = lock_performer_feet(transferred, retargeted, at_own_rate.contacts, at_own_rate.level)
         cleaned = replace(resample(retarget_with(retargeted, output), FPS), name=name)
         restarts = tuple(start / FPS for start in simulated.segment_starts[1:])
-        notices = (*_pose_notices(poses), *_root_notices(rooted is not poses.motion, off_feet))
+        after_stage = {
+            "restoring": rooted,
+            "planting feet and parting limbs": repaired,
+            "physics": simulated.motion,
+            "holding feet": cleaned,
+        }
+        moved = find_moved_spans(recorded, after_stage)
+        notices = (*_pose_notices(poses), *_root_notices(rooted is not poses.motion, off_feet), *([moved_notice(moved)] if moved else []))
         result = CleaningResult(
             name,
             recorded,
@@ -103,6 +111,7 @@ class CleaningPipeline:
             simulated.assist,
             notices,
             poses.misalignments,
+            moved,
             truth,
         )
         return to_performer_bvh(bvh, performer, output), result

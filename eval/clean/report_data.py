@@ -42,6 +42,7 @@ def collect_report_data(cleaned: CleaningResult) -> dict[str, Any]:
         "assist_bw": {"mean": cleaned.mean_assist, "largest": float(cleaned.assist.max())},
         "contact_rule": contact_agreement(cleaned.contacts[cleaned.simulated], contacts_by_height(cleaned.after)[cleaned.simulated]),
         "most_changed": find_most_changed_frames(cleaned),
+        "moved": [asdict(span) for span in cleaned.moved],
         "misalignments": [asdict(one) for one in cleaned.misalignments],
         "notices": list(cleaned.notices),
     }

@@ -6,6 +6,7 @@ import numpy as np
 
 from datasets.motion.clip import BodyMotion
 from eval.clean.misalignments import Misalignment
+from eval.clean.moved_joints import MovedSpan
 
 SIMULATED_CONFIDENCE = 0.5  # from which on a frame counts as simulated: its contacts are the simulation's
 KEPT_CONFIDENCE = 0.05  # below which a frame has nothing of physics in it
@@ -26,6 +27,7 @@ class CleaningResult:
         assist: Force that helped on the pelvis in simulated frames [body weights], shape (T,).
         notices: Lines that a person should read.
         misalignments: Segments whose sensors were clearly misaligned, the largest first; corrected.
+        moved: Spans in which a joint was moved far, in the order of time.
         truth: Clean clip behind a simulated suit, where it is known.
     """
 
@@ -38,6 +40,7 @@ class CleaningResult:
     assist: np.ndarray
     notices: tuple[str, ...]
     misalignments: tuple[Misalignment, ...] = ()
+    moved: tuple[MovedSpan, ...] = ()
     truth: BodyMotion | None = None
 
     @property

@@ -1,0 +1,78 @@
+"""Joints that cleaning moved far: when, which, how far and by which stage, so that nobody's limb is moved without a word."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from datasets.motion.clip import BodyMotion
+from datasets.motion.humanoid import BODY_NAMES, body_in_words
+from eval.metrics.artefact_tracks import distances_local
+
+MAX_SILENT_DISTANCE_M = 0.05  # m, roots aligned; what is moved farther is told
+MERGED_GAP_S = 0.5  # s between two spans that are told as one
+MAX_TOLD = 4  # spans in the notices, the largest; the report lists all
+
+
+@dataclass(frozen=True)
+class MovedSpan:
+    """Span of a clip in which a joint is farther than ``MAX_SILENT_DISTANCE_M`` from where it was.
+
+    Attributes:
+        start_s: First instant [s].
+        stop_s: Last instant [s].
+        body: Name of the body whose joint was moved farthest.
+        distance_mm: Its largest distance, roots aligned [mm].
+        stage: Name of the stage that moved it farthest at that instant.
+    """
+
+    start_s: float
+    stop_s: float
+    body: str
+    distance_mm: float
+    stage: str
+
+    def __str__(self) -> str:
+        """Return the span as text."""
+        return f"{body_in_words(self.body)} by {self.distance_mm:.0f} mm at {self.start_s:.1f} to {self.stop_s:.1f} s ({self.stage})"
+
+
+def find_moved_spans(recorded: BodyMotion, after_stage: Mapping[str, BodyMotion]) -> tuple[MovedSpan, ...]:
+    """Return the spans in which joints were moved far between the recording and the last stage, in the order of time.
+
+    Args:
+        recorded: Clip before cleaning, T frames.
+        after_stage: Clip after each stage by the stage's name, in their order.
+    """
+    clips = [recorded, *after_stage.values()]
+    moved = distances_local(clips[-1], recorded)  # (T, 20)
+    by_stage = np.stack([distances_local(after, before) for before, after in pairwise(clips)])
+    spans = []
+    for start, stop in _spans(moved.max(axis=1) > MAX_SILENT_DISTANCE_M, round(MERGED_GAP_S * recorded.fps)):
+        frame, body = np.unravel_index(moved[start:stop].argmax(), (stop - start, moved.shape[1]))
+        frame += start
+        stage = list(after_stage)[by_stage[:, frame, body].argmax()]
+        ends = start / recorded.fps, (stop - 1) / recorded.fps
+        spans.append(MovedSpan(*ends, BODY_NAMES[body], 1e3 * float(moved[frame, body]), stage))
+    return tuple(spans)
+
+
+def moved_notice(spans: tuple[MovedSpan, ...]) -> str:
+    """Return the line that tells an animator which joints were moved far, the farthest first."""
+    told = sorted(spans, key=lambda span: -span.distance_mm)[:MAX_TOLD]
+    more = len(spans) - len(told)
+    listed = f"{', '.join(map(str, told))}{f', and {more} more spans' if more else ''}"
+    return f"Moved by more than {1e3 * MAX_SILENT_DISTANCE_M:.0f} mm: {listed}."
+
+
+def _spans(where: np.ndarray, max_gap: int) -> list[tuple[int, int]]:
+    """Return the first frame and the frame after the last of each run of true values, runs with small gaps between them as one."""
+    edges = np.flatnonzero(np.diff(np.concat([[False], where, [False]]).astype(int))).reshape(-1, 2)
+    merged: list[tuple[int, int]] = []
+    for start, stop in edges.tolist():
+        if merged and start - merged[-1][1] <= max_gap:
+            merged[-1] = (merged[-1][0], stop)
+        else:
+            merged.append((start, stop))
+    return merged
