@@ -33,6 +33,7 @@ class MimicVectorEnvBase(VectorEnv):
         physics: Physics backend, see ``envs.physics.engine_interface``.
         physics_failures: Number of worlds in which physics failed until now.
         assist_force_bw: Largest assisting force on the root [body weights]; 0 unless a training or a search sets it.
+        max_body_error_m: Mean distance of the bodies from the rewarded track at which episodes end [m]; None unless a training sets it.
         assist_wrench: Force and torque on the pelvis in the last control step, world axes, shape (N, 6) [N, Nm]; None where none ever did.
     """
 
@@ -85,6 +86,7 @@ class MimicVectorEnvBase(VectorEnv):
         self._metrics = EpisodeMetrics(num_envs, to_device)
         self._state = WorldState.zeros(num_envs, self.task.action_size, to_device)
         self.assist_force_bw, self._is_wrench_set = 0.0, False
+        self.max_body_error_m: float | None = None
         self.assist_wrench: Array | None = None
 
     @property
@@ -123,7 +125,8 @@ class MimicVectorEnvBase(VectorEnv):
         failed = self.physics.step(self._actuation.pd_targets(reference.observed, action, feed_forward)) | invalid
         self.physics_failures += failed.sum()
         agent = self.physics.bodies()
-        outcome = evaluate_step(self.task, agent, reference, action - before.action, failed, row + FRAMES_PER_STEP > before.last_row)
+        at_end = row + FRAMES_PER_STEP > before.last_row
+        outcome = evaluate_step(self.task, agent, reference, action - before.action, failed, at_end, self.max_body_error_m)
         roots = outcome.root_position, reference.observed.pos[:, 0], reference.truth_root + before.anchor
         self._metrics.add(outcome.imitation_reward, *roots, body_error(agent, reference.observed))
         info = {f"reward/{name}": term for name, term in outcome.reward_terms._asdict().items()} | {"physics_failed": failed}

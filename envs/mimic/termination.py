@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from datasets.library.motion_library import Rewarded
 from datasets.motion.body_state import BodyState
 from datasets.motion.humanoid import BODIES, TRUNK_BODIES
 from datasets.motion.rotation import Array, Constant, array_namespace
@@ -15,6 +16,15 @@ _TOUCHING = Constant([BODIES[b].shape.radius + TOUCH_HEIGHT_M for b in TRUNK_BOD
 def has_lost_reference(deviation_discount: Array) -> Array:
     """Return whether the head is too far from the observed track's, shape (N,). Source: thesis, below eq. 4.10."""
     return deviation_discount < DEVIATION_DISCOUNT_THRESHOLD
+
+
+def has_strayed(agent: BodyState, target: Rewarded, max_body_error_m: float) -> Array:
+    """Return whether the bodies are farther from the rewarded track's on average, roots aligned, shape (N,); a training's own end.
+
+    Source: early termination, Peng et al. 2018 (DeepMimic); the distance is ``body_error``'s.
+    """
+    error = agent.pos - target.pos
+    return array_namespace(error).linalg.vector_norm(error - error[:, :1], axis=-1).mean(axis=-1) > max_body_error_m
 
 
 def has_fallen(agent: BodyState) -> Array:

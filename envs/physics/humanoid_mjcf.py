@@ -25,7 +25,7 @@ JOINT_DAMPING = 0.5  # Nm s/rad, passive, beside the motors'
 SOLVER_ITERATIONS = 8
 # A foot stands on the lower edges of heel, ball and toe tip, rounded bars of two contacts each: its boxes would have eight, four of them
 # at the ball, where they meet.
-EDGE_RADIUS_M = 0.005
+EDGE_RADIUS_M = 0.002
 SOLE_EDGES = tuple(f"{edge}_{side}" for side in "lr" for edge in ("heel", "ball", "tip"))
 # What limbs meet in human motion; what is not here passes through (a hand and the other foot, an upper arm and a leg).
 _LEG, _ARM = ("thigh", "shin", "foot", "toe"), ("forearm", "hand")
@@ -126,13 +126,13 @@ def build_overlap_model() -> mujoco.MjModel:
 
 
 def _add_sole_edges(spec: mujoco.MjSpec) -> None:
-    """Add the edges on which feet stand, invisible and without mass; a foot's own front edge lies at the ball of the toes."""
+    """Add the edges on which feet stand, invisible and without mass: heel and ball are the foot's, the tip is the toes'."""
     for name in SOLE_EDGES:
         edge, side = _split_name(name)
-        body = f"{'foot' if edge == 'heel' else 'toe'}_{side}"
+        body = f"{'toe' if edge == 'tip' else 'foot'}_{side}"
         corners = np.array(BODIES[BODY_NAMES.index(body)].shape.points)
         low, high = corners.min(axis=0) + EDGE_RADIUS_M, corners.max(axis=0) - EDGE_RADIUS_M
-        x = high[0] if edge == "tip" else low[0]
+        x = low[0] if edge == "heel" else high[0]
         spec.body(body).add_geom(
             name=name, type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=[x, low[1], low[2], x, high[1], low[2]], size=[EDGE_RADIUS_M, 0, 0],
             mass=0.0, contype=0, conaffinity=0, group=3,

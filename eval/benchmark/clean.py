@@ -21,7 +21,7 @@ from envs.physics.mujoco_cpu import RecordingPhysics
 from eval.benchmark.peers.bare_mujoco import BareBatch, ControlRecorder
 from eval.benchmark.timing.interleaved import BenchmarkCase, BenchmarkResult, interleave, torch_threads
 from eval.clean.pipeline import PHYSICS, CleaningPipeline
-from eval.clean.samcon import NUM_SAMPLES, SamconSearch
+from eval.clean.samcon import SamconSearch, Simulator
 from eval.clean.stages import repair_kinematically
 
 CLIP_S = 10  # duration of the clip
@@ -88,37 +88,40 @@ def measure_clean(
 
         return run
 
+    simulator = cleaner.simulator
+    assert simulator is not None
+
     def search() -> float:
-        _search(cleaner, repaired)
+        _search(simulator, repaired)
         return clip.seconds
 
-    plural = f"{cleaner.threads} thread{'s' * (cleaner.threads > 1)}"
+    plural = f"{simulator.threads} thread{'s' * (simulator.threads > 1)}"
     cases = [
         BenchmarkCase(OURS, f"ours, {plural}: BVH to BVH, of {clip.seconds:g} s; 1 is real time", cleaning(cleaner), limit=LIMIT),
-        BenchmarkCase(SEARCH, f"the {NUM_SAMPLES} humanoids with policy, observation and choice", search, limit=LIMIT),
-        _bare(cleaner, repaired),
+        BenchmarkCase(SEARCH, f"the {simulator.search.num_samples} humanoids with policy, observation and choice", search, limit=LIMIT),
+        _bare(simulator, repaired),
         BenchmarkCase(NO_PHYSICS, "the same cleaning without the simulation", cleaning(cleaner.without([PHYSICS]))),
     ]
-    with torch_threads(cleaner.threads):
+    with torch_threads(simulator.threads):
         rates = interleave(cases, rounds, after_round)
     return BenchmarkResult("clean", "seconds of clip/s", cases, rates, OURS)
 
 
-def _search(cleaner: CleaningPipeline, clip: BodyMotion, physics: RecordingPhysics | None = None) -> None:
+def _search(simulator: Simulator, clip: BodyMotion, physics: RecordingPhysics | None = None) -> None:
     """Run the SAMCON search over a clip, segment by segment."""
-    assert cleaner.policy is not None
-    samcon = SamconSearch(cleaner.policy, cleaner.spec, clip, cleaner.threads)
+    samcon = SamconSearch(simulator, clip)
     if physics:
         samcon._env.physics = samcon._physics = physics
     for _ in samcon.segments():
         pass
 
 
-def _bare(cleaner: CleaningPipeline, clip: BodyMotion) -> BenchmarkCase:
+def _bare(simulator: Simulator, clip: BodyMotion) -> BenchmarkCase:
     """Return the case of bare MuJoCo on the search's states and controls, recorded once: they are always the same."""
-    recorder = SamconRecorder(NUM_SAMPLES, cleaner.threads)
-    _search(cleaner, clip, recorder)
-    bare = BareSamcon(recorder, NUM_SAMPLES, cleaner.threads)
+    size = simulator.search.num_samples, simulator.threads
+    recorder = SamconRecorder(*size)
+    _search(simulator, clip, recorder)
+    bare = BareSamcon(recorder, *size)
 
     def run() -> float:
         bare.run()  # it raises if it ends elsewhere

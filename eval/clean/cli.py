@@ -19,7 +19,7 @@ from datasets.retarget.joint_mapping import JointMapping, read_mapping
 from eval.clean.pipeline import STAGES, CleaningPipeline
 from eval.clean.report import write_clip_report, write_folder_report
 from eval.clean.result import CleaningResult
-from eval.clean.samcon import ASSIST_FORCE_BW
+from eval.clean.samcon import GOOD, QUALITIES
 from eval.pages.output_files import check_writable, reporting_write_errors
 from trainers.runs.run_log import make_console
 
@@ -113,8 +113,14 @@ def main(arguments: list[str] | None = None, prog: str = "python -m eval.clean")
         "--assist",
         type=float,
         metavar="SHARE",
-        default=ASSIST_FORCE_BW,
+        default=QUALITIES[GOOD].assist_force_bw,
         help="largest force that helps the simulated body on its pelvis, as a share of its weight (default %(default)s; 0: none)",
+    )
+    parser.add_argument(
+        "--quality",
+        choices=QUALITIES,
+        default=GOOD,
+        help="how long the simulation searches: on two cores about the clip's length, three or ten times as long (default %(default)s)",
     )
     parser.add_argument("--threads", type=int, metavar="N", default=available_cores(), help="cores to use (default: all, %(default)s here)")
     options = parser.parse_args(arguments)
@@ -130,5 +136,6 @@ def _run(options: argparse.Namespace) -> None:
         raise InputError(f"--assist {options.assist:g} should be a share of the body's weight, from 0 to 1")
     torch.set_num_threads(options.threads)
     mapping = read_mapping(options.mapping) if options.mapping else None
-    pipeline = replace(CleaningPipeline.load(options.threads, options.policy).without(options.without), assist_force_bw=options.assist)
+    search = replace(QUALITIES[options.quality], assist_force_bw=options.assist)
+    pipeline = CleaningPipeline.load(options.threads, options.policy, search).without(options.without)
     clean_files(options.source, options.out, options.report, pipeline, mapping)

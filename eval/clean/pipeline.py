@@ -7,7 +7,6 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from agents.policy.policy import Policy
 from agents.restore.model import RestoreModel
 from agents.weights.pretrained import PRETRAINED_POLICY, load_pretrained_restore
 from datasets.cleanup.off_feet_spans import OffFeetSpan
@@ -19,13 +18,12 @@ from datasets.retarget.joint_mapping import JointMapping
 from datasets.retarget.performer_clip import performer_clip_from_bvh
 from datasets.retarget.retarget import retarget, retarget_with
 from datasets.retarget.transfer_back import to_performer_bvh, transfer_back
-from envs.mimic.spec import MimicSpec
 from eval.clean.believed_root import locate_root
 from eval.clean.misalignments import misalignment_notice
 from eval.clean.moved_joints import find_moved_spans, moved_notice
 from eval.clean.restored_poses import RestoredPoses, restore_clip
 from eval.clean.result import CleaningResult
-from eval.clean.samcon import ASSIST_FORCE_BW
+from eval.clean.samcon import GOOD, QUALITIES, SearchSettings, Simulator
 from eval.clean.simulate_clip import SimulatedClip
 from eval.clean.stages import frame_mask, repair_kinematically, simulate_grounded_spans
 from trainers.algorithms.policy_file import load_policy
@@ -39,33 +37,32 @@ class CleaningPipeline:
     """The stages of cleaning with a policy and a restoring network.
 
     Attributes:
-        policy: Policy that was trained for ``spec``; None leaves physics out.
-        spec: Variant of the mimicking task.
-        threads: Native threads of the simulation.
+        simulator: Policy and settings of the search; None leaves physics out.
         restorer: Restoring network; None leaves the poses of suits as they were captured.
-        assist_force_bw: Largest force that helps the simulated body on its pelvis [body weights]; 0 is none.
     """
 
-    policy: Policy | None
-    spec: MimicSpec
-    threads: int
+    simulator: Simulator | None
     restorer: RestoreModel | None = None
-    assist_force_bw: float = ASSIST_FORCE_BW
 
     @classmethod
-    def load(cls, threads: int, path: Path = PRETRAINED_POLICY) -> Self:
-        """Return the pipeline with the policy of a file, the package's by default.
+    def load(cls, threads: int, path: Path = PRETRAINED_POLICY, search: SearchSettings | None = None) -> Self:
+        """Return the pipeline with the policy of a file, the package's by default, and the package's restoring network.
+
+        Args:
+            threads: Native threads of the simulation.
+            path: File of the policy.
+            search: Settings of the search; by default those of good quality.
 
         Raises:
             InputError: If there is no such file, or it holds no policy.
         """
         policy, _, spec = load_policy(path)
-        return cls(policy, spec, threads, load_pretrained_restore())
+        return cls(Simulator(policy, spec, threads, search or QUALITIES[GOOD]), load_pretrained_restore())
 
     def without(self, stages: Collection[str]) -> Self:
         """Return the pipeline without some of ``STAGES``."""
         restorer = None if RESTORE in stages else self.restorer
-        return replace(self, restorer=restorer, policy=None if PHYSICS in stages else self.policy)
+        return replace(self, restorer=restorer, simulator=None if PHYSICS in stages else self.simulator)
 
     def clean(
         self, bvh: Bvh, name: str, mapping: JointMapping | None = None, truth: BodyMotion | None = None
@@ -87,7 +84,7 @@ class CleaningPipeline:
         poses = restore_clip(self.restorer, recorded)
         rooted, off_feet = locate_root(poses.motion)
         repaired = repair_kinematically(rooted, off_feet, poses.contacts)
-        simulated = simulate_grounded_spans(self.policy, self.spec, repaired, off_feet, self.threads, poses.contacts, self.assist_force_bw)
+        simulated = simulate_grounded_spans(self.simulator, repaired, off_feet, poses.contacts)
         at_own_rate = _to_recording_rate(simulated, off_feet, retargeted.motion)
         transferred = transfer_back(retargeted, at_own_rate.motion)  # own skeleton again
         output = lock_performer_feet(transferred, retargeted, at_own_rate.contacts, at_own_rate.level)

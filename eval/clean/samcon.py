@@ -6,6 +6,7 @@ of limited size on the pelvis helps all of them (residual force control, Yuan an
 """
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -25,17 +26,56 @@ from envs.physics.mujoco_cpu import RecordingPhysics
 from envs.vector_env import AdaptMimicVectorEnv
 
 POSE_SIZE, VELOCITY_SIZE = 7 + HINGE_COUNT, 6 + HINGE_COUNT  # of a free root and the hinges
-NUM_SAMPLES = 96  # simulated worlds
-NUM_SURVIVORS = 24  # samples that are kept; the first copy of each goes on without noise
-STEPS_PER_WINDOW = 1  # control steps between selections: 28 mm from the clip, where three are 32 mm from it (eval.study search)
-# Share of the policy's residuals: it lasts but does not aim, so that all of them move joints further off than none (eval.study search).
-RESIDUAL_SHARE = 0.5
-ACTION_NOISE_STD = 0.15  # near what training explores with
-ASSIST_FORCE_BW = 0.1  # body weights, of the largest force on the pelvis towards the clip: what a handrail gives
 SCORE_DECAY = 0.95  # of rewards by their age; the critic's value ahead is a mean reward a step and weighs as much as one
 MAX_POSE_ERROR_M = 0.12  # mean distance of the bodies from the reference's, roots aligned, beyond which a sample is dropped
 # Weights beside the reward, which hardly falls with the small errors from which falls begin.
 COM_ERROR_WEIGHT, COM_SPEED_ERROR_WEIGHT, HEAD_ERROR_WEIGHT, POSE_ERROR_WEIGHT = 15.0, 10.0, 15.0, 200.0
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """Settings of the search; the defaults are those that ``eval.study search`` found best for their time.
+
+    Attributes:
+        num_samples: Number of simulated worlds.
+        num_survivors: Number of samples that are kept at each selection; the first copy of each goes on without noise.
+        residual_share: Share of the policy's residuals: it lasts but does not aim, so that all of them move joints further off than none.
+        steps_per_window: Control steps from one selection to the next.
+        noise_std: Standard deviation of the noise on the actions, near what training explores with.
+        assist_force_bw: Largest force on the pelvis towards the clip [body weights]: what a handrail gives; 0 is none.
+    """
+
+    num_samples: int = 96
+    num_survivors: int = 24
+    residual_share: float = 0.5
+    steps_per_window: int = 1
+    noise_std: float = 0.15
+    assist_force_bw: float = 0.1
+
+
+FAST, GOOD, BEST = "fast", "good", "best"
+QUALITIES = {
+    FAST: SearchSettings(),
+    GOOD: SearchSettings(num_samples=288, num_survivors=72),
+    BEST: SearchSettings(num_samples=960, num_survivors=240),
+}
+
+
+@dataclass(frozen=True)
+class Simulator:
+    """Whatever simulates clips.
+
+    Attributes:
+        policy: Policy that the search follows.
+        spec: Variant of the mimicking task that it was trained for.
+        threads: Native threads.
+        search: Settings of the search.
+    """
+
+    policy: Policy
+    spec: MimicSpec
+    threads: int
+    search: SearchSettings = SearchSettings()
 
 
 class Segment(NamedTuple):
@@ -59,35 +99,24 @@ class Segment(NamedTuple):
 class SamconSearch:
     """Simulates one clip, segment after segment."""
 
-    def __init__(
-        self,
-        policy: Policy,
-        spec: MimicSpec,
-        clip: BodyMotion,
-        threads: int,
-        seed: int = 0,
-        residual_share: float = RESIDUAL_SHARE,
-        steps_per_window: int = STEPS_PER_WINDOW,
-        assist_force_bw: float = ASSIST_FORCE_BW,
-    ) -> None:
+    def __init__(self, simulator: Simulator, clip: BodyMotion, seed: int = 0) -> None:
         """Build the vector env with one clip.
 
         Args:
-            policy: Policy whose actions are the means of the samples.
-            spec: Variant of the task that it was trained for.
+            simulator: Policy, whose actions are the means of the samples, and settings.
             clip: Reference clip at 60 fps.
-            threads: Native threads of the simulation.
             seed: Seed of the action noise.
-            residual_share: Share of the policy's actions that is applied.
-            steps_per_window: Control steps from one selection to the next.
-            assist_force_bw: Largest force on the pelvis towards the clip [body weights]; 0 is none.
         """
-        self._residual_share, self._steps_per_window = residual_share, steps_per_window
-        self._policy, self._frames = policy, len(clip)
+        self._policy, self._settings, self._frames = simulator.policy, simulator.search, len(clip)
         self._env = AdaptMimicVectorEnv(
-            MotionLibrary.from_clips([clip]), NUM_SAMPLES, spec, threads, AutoresetMode.DISABLED, physics=RecordingPhysics
+            MotionLibrary.from_clips([clip]),
+            self._settings.num_samples,
+            simulator.spec,
+            simulator.threads,
+            AutoresetMode.DISABLED,
+            physics=RecordingPhysics,
         )
-        self._env.assist_force_bw = assist_force_bw
+        self._env.assist_force_bw = self._settings.assist_force_bw
         self._physics = cast(RecordingPhysics, self._env.physics)
         self._random = np.random.default_rng(seed)
 
@@ -102,14 +131,15 @@ class SamconSearch:
     def _search_segment(self, start: int) -> Segment:
         """Return the simulation from a frame on, until the clip ends or all samples are lost."""
         env, steps = self._env, (self._frames - 1 - start) // FRAMES_PER_STEP
-        one = np.zeros(NUM_SAMPLES, dtype=int)
+        count = self._settings.num_samples
+        one = np.zeros(count, dtype=int)
         observation, _ = env.reset(options={"clip": one, "frame": one + start, "frames": one + self._frames})
         first = self._snapshot(self._physics.motion())
-        score, parents, windows, steps_done, steps_on_track = np.zeros(NUM_SAMPLES), np.arange(NUM_SAMPLES), [], 0, one
+        score, parents, windows, steps_done, steps_on_track = np.zeros(count), np.arange(count), [], 0, one
         num_survivors = 1  # different states among the samples; the others are their copies
         while steps_done < steps:
-            substates, steps_on_track = [], np.zeros(NUM_SAMPLES, dtype=int)  # in this window
-            for step in range(min(self._steps_per_window, steps - steps_done)):
+            substates, steps_on_track = [], np.zeros(count, dtype=int)  # in this window
+            for step in range(min(self._settings.steps_per_window, steps - steps_done)):
                 observation, reward, terminated, _, _ = env.step(self._actions(observation, num_survivors))
                 substates += [self._snapshot(frame) for frame in self._physics.substates]
                 score = SCORE_DECAY * score + reward
@@ -121,22 +151,24 @@ class SamconSearch:
             on_track = FRAMES_PER_STEP * steps_on_track == len(substates)
             if steps_done == steps or not on_track.any():
                 break
-            order = np.argsort(np.where(on_track, -self._score(score, observation), np.inf))[: min(NUM_SURVIVORS, on_track.sum())]
-            parents, num_survivors = np.resize(order, NUM_SAMPLES), len(order)
+            order = np.argsort(np.where(on_track, -self._score(score, observation), np.inf))[
+                : min(self._settings.num_survivors, on_track.sum())
+            ]
+            parents, num_survivors = np.resize(order, count), len(order)
             env.branch(parents)
             observation, score = observation[parents], score[parents]
         return _backtrack(start, first, windows, steps_on_track)
 
     def _actions(self, observation: np.ndarray, num_survivors: int) -> np.ndarray:
         """Return the scaled actions of the policy (K, A), with noise on all samples but the first copy of each survivor."""
-        noise = self._random.normal(scale=ACTION_NOISE_STD, size=(NUM_SAMPLES, self._env.task.action_size))
+        noise = self._random.normal(scale=self._settings.noise_std, size=(len(observation), self._env.task.action_size))
         noise[:num_survivors] = 0.0
-        return (self._residual_share * self._policy.act(observation) + noise).astype(np.float32)
+        return (self._settings.residual_share * self._policy.act(observation) + noise).astype(np.float32)
 
     def _snapshot(self, frame: tuple[np.ndarray, ...]) -> np.ndarray:
         """Return states, PD targets and the assisting force [body weights] of all samples, shape (K, 143)."""
         wrench = self._env.assist_wrench
-        force = np.zeros(NUM_SAMPLES) if wrench is None else np.linalg.norm(wrench[:, :3], axis=1) / BODY_WEIGHT_N
+        force = np.zeros(self._env.num_envs) if wrench is None else np.linalg.norm(wrench[:, :3], axis=1) / BODY_WEIGHT_N
         return np.concat([*frame, force[:, None]], axis=1).astype(np.float32)
 
     def _observed(self) -> Observed:

@@ -6,16 +6,14 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from agents.policy.policy import Policy
 from datasets.motion.clip import BodyMotion
 from datasets.motion.curves import smooth_step
 from datasets.motion.humanoid import rotations_from_hinges
 from datasets.motion.rotation import normalise
 from datasets.motion.smoothing import smooth_motion
-from envs.mimic.spec import MimicSpec
 from envs.physics.engine_interface import FRAMES_PER_STEP
 from eval.clean.result import SIMULATED_CONFIDENCE
-from eval.clean.samcon import ASSIST_FORCE_BW, SamconSearch, Segment
+from eval.clean.samcon import SamconSearch, Segment, Simulator
 from eval.metrics.artefact_tracks import distances_local
 from eval.metrics.ground_reaction import contacts_from_loads, foot_loads
 
@@ -49,26 +47,16 @@ def without_simulation(clip: BodyMotion) -> SimulatedClip:
     return SimulatedClip(clip, np.zeros((len(clip), 2), dtype=bool), np.zeros(len(clip)), [], np.zeros(len(clip)))
 
 
-def simulate_clip(
-    policy: Policy,
-    spec: MimicSpec,
-    clip: BodyMotion,
-    threads: int,
-    fade_ends: tuple[bool, bool] = (False, False),
-    assist_force_bw: float = ASSIST_FORCE_BW,
-) -> SimulatedClip:
+def simulate_clip(simulator: Simulator, clip: BodyMotion, fade_ends: tuple[bool, bool] = (False, False)) -> SimulatedClip:
     """Simulate a clip by SAMCON search and blend the result into it.
 
     Args:
-        policy: Policy that the search follows.
-        spec: Variant of the task that it was trained for.
+        simulator: Policy and settings of the search.
         clip: Clip on level ground, at 60 fps.
-        threads: Native threads of the simulation.
         fade_ends: Whether frames without simulation come before the clip, and after it.
-        assist_force_bw: Largest force that helps on the pelvis [body weights].
     """
     padded = clip if len(clip) % FRAMES_PER_STEP else _repeat_last_frame(clip)  # so that the last control step ends in the last frame
-    segments = list(SamconSearch(policy, spec, padded, threads, assist_force_bw=assist_force_bw).segments())
+    segments = list(SamconSearch(simulator, padded).segments())
     simulated, contacts, assist = padded, np.zeros((len(padded), 2), dtype=bool), np.zeros(len(padded))
     for segment in segments:  # each begins in the last frame of the one before, in the reference's pose
         simulated = write_segment(simulated, segment)

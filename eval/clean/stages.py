@@ -4,17 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from agents.policy.policy import Policy
 from datasets.cleanup.foot_contacts import detect_foot_contacts
 from datasets.cleanup.ground_levelling import level_to_ground
 from datasets.cleanup.off_feet_spans import OffFeetSpan
 from datasets.cleanup.plant_feet import plant_feet
 from datasets.motion.clip import BodyMotion
 from datasets.motion.smoothing import smooth_motion
-from envs.mimic.spec import MimicSpec
 from envs.physics.self_collision import remove_self_penetration
 from eval.clean.result import SIMULATED_CONFIDENCE
-from eval.clean.samcon import ASSIST_FORCE_BW
+from eval.clean.samcon import Simulator
 from eval.clean.simulate_clip import SimulatedClip, simulate_clip, without_simulation
 
 MIN_SIMULATED_FRAMES = 60  # of a span that is worth simulating
@@ -34,33 +32,24 @@ def repair_kinematically(clip: BodyMotion, off_feet: list[OffFeetSpan], contacts
 
 
 def simulate_grounded_spans(
-    policy: Policy | None,
-    spec: MimicSpec,
-    clip: BodyMotion,
-    off_feet: list[OffFeetSpan],
-    threads: int,
-    contacts: np.ndarray | None = None,
-    assist_force_bw: float = ASSIST_FORCE_BW,
+    simulator: Simulator | None, clip: BodyMotion, off_feet: list[OffFeetSpan], contacts: np.ndarray | None = None
 ) -> SimulatedClip:
     """Return the clip simulated wherever it is on level ground.
 
     Contacts are the simulation's loads where it is trusted, and elsewhere those given.
 
     Args:
-        policy: Policy that was trained for ``spec``; None leaves physics out.
-        spec: Variant of the mimicking task.
+        simulator: Policy and settings of the search; None leaves physics out.
         clip: Repaired clip at 60 fps.
         off_feet: Spans off level ground.
-        threads: Native threads.
         contacts: Whether the left and the right foot stand, shape (T, 2); detected by speed and height if None.
-        assist_force_bw: Largest force that helps on the pelvis [body weights].
     """
     excluded = frame_mask(off_feet, len(clip))
     edges = np.flatnonzero(np.diff(np.concat([[True], excluded, [True]]).astype(int)))
     simulated = without_simulation(clip)
     for start, stop in edges.reshape(-1, 2):
-        if policy is not None and stop - start >= MIN_SIMULATED_FRAMES:
-            part = simulate_clip(policy, spec, clip.cut(start, stop), threads, (start > 0, stop < len(clip)), assist_force_bw)
+        if simulator is not None and stop - start >= MIN_SIMULATED_FRAMES:
+            part = simulate_clip(simulator, clip.cut(start, stop), (start > 0, stop < len(clip)))
             simulated = _splice(simulated, part, start, stop)
     kinematic = (detect_foot_contacts(simulated.motion) if contacts is None else contacts) & ~excluded[:, None]
     found = np.where((simulated.confidence >= SIMULATED_CONFIDENCE)[:, None], simulated.contacts, kinematic)

@@ -41,6 +41,8 @@ class CollectConfig:
         horizon: Number of steps of each world in a rollout.
         assist_force_bw: Largest external force that pulls the root to the reference at the start [body weights]; it fades to zero by
             the middle of the training.
+        max_body_error_m: Mean distance of the bodies from the rewarded track, roots aligned, at which an episode of the training ends as a
+            fall does [m]; 0 ends none. Evaluations never end so.
         overlap: Whether actors collect the next rollout while the learner learns from the last, with the weights of one update before.
     """
 
@@ -49,6 +51,7 @@ class CollectConfig:
     threads: int = 2
     horizon: int = 16
     assist_force_bw: float = formerly("assist", 0.0)
+    max_body_error_m: float = 0.0
     overlap: bool = False
 
     def __post_init__(self) -> None:
@@ -57,6 +60,7 @@ class CollectConfig:
         for name in ("envs", "threads", "horizon"):
             require(getattr(self, name) >= 1, f"collect.{name}", getattr(self, name), "1 or more")
         require(self.assist_force_bw >= 0.0, "collect.assist_force_bw", self.assist_force_bw, "0 or more [body weights]")
+        require(self.max_body_error_m >= 0.0, "collect.max_body_error_m", self.max_body_error_m, "0 or more [m]")
         require(not self.overlap or self.actors >= 1, "collect.overlap", "true without actors", "false, or collect.actors 1 or more")
 
 

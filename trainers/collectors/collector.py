@@ -27,6 +27,7 @@ class Collector(ABC):
         """
         self._horizon = config.collect.horizon
         self.env = env
+        self.env.max_body_error_m = config.collect.max_body_error_m or None
         self.policy = make_policy(config, device)
         seeds = np.random.SeedSequence((config.seed, worker_index, restarts)).generate_state(2)
         self._random = torch.Generator(device).manual_seed(int(seeds[0]))

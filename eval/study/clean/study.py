@@ -8,6 +8,7 @@ from rich.progress import track
 from agents.weights.pretrained import PRETRAINED_POLICY, load_pretrained_restore
 from configs.process_pool import available_cores
 from eval.clean.pipeline import PHYSICS, RESTORE, CleaningPipeline
+from eval.clean.samcon import GOOD, QUALITIES, Simulator
 from eval.evaluation_recordings import IMU_SUIT_CLIPS, TEST_FOLDERS, check_recordings
 from eval.study.clean.case_results import case_result, pipeline_key
 from eval.study.clean.cases import CaseResult, all_cases
@@ -52,7 +53,7 @@ def _variants(out: Path) -> tuple[dict[str, CleaningPipeline], dict[str, str], d
     cleaners, keys, performers = {}, {}, {}
     for variant, file in files.items():
         policy, card, spec = load_policy(file)
-        cleaners[variant] = CleaningPipeline(policy, spec, available_cores(), load_pretrained_restore())
+        cleaners[variant] = CleaningPipeline(Simulator(policy, spec, available_cores(), QUALITIES[GOOD]), load_pretrained_restore())
         keys[variant], performers[variant] = pipeline_key(file), set(card["performers"])
     own = cleaners.pop(PRETRAINED)
     keys |= {NO_RESTORING: pipeline_key(PRETRAINED_POLICY, restored=False), NO_PHYSICS: pipeline_key(None)}

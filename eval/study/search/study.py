@@ -5,7 +5,6 @@ The measures are of the simulated motion alone, before it is blended into the cl
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -19,7 +18,7 @@ from datasets.library.sources import load_clips
 from datasets.motion.clip import FPS, BodyMotion
 from envs.mimic.spec import MimicSpec
 from envs.physics.engine_interface import FRAMES_PER_STEP
-from eval.clean.samcon import ASSIST_FORCE_BW, RESIDUAL_SHARE, STEPS_PER_WINDOW, SamconSearch
+from eval.clean.samcon import SamconSearch, SearchSettings, Simulator
 from eval.clean.simulate_clip import write_segment
 from eval.clean.stages import repair_kinematically
 from eval.evaluation_recordings import TEST_CLIPS
@@ -30,19 +29,11 @@ from eval.study.framework.page import Group, Measure, Study, study_row
 from trainers.algorithms.policy_file import load_policy
 from trainers.runs.run_log import make_console
 
-
-class SearchVariant(NamedTuple):
-    """Settings of the search, by default those in use: arguments of ``SamconSearch``."""
-
-    residual_share: float = RESIDUAL_SHARE
-    steps_per_window: int = STEPS_PER_WINDOW
-    assist_force_bw: float = ASSIST_FORCE_BW
-
-
+RESIDUAL_SHARE = SearchSettings().residual_share
 SEARCH_VARIANTS = {  # by name of the rows
-    **{f"residual {share:g}": SearchVariant(residual_share=share) for share in (0.0, 0.25, RESIDUAL_SHARE, 0.75, 1.0)},
-    "a choice in 3 steps": SearchVariant(steps_per_window=3),
-    **{f"assist {force:g}": SearchVariant(assist_force_bw=force) for force in (0.0, 0.05, 0.2)},
+    **{f"residual {share:g}": SearchSettings(residual_share=share) for share in (0.0, 0.25, RESIDUAL_SHARE, 0.75, 1.0)},
+    "a choice in 3 steps": SearchSettings(steps_per_window=3),
+    **{f"assist {force:g}": SearchSettings(assist_force_bw=force) for force in (0.0, 0.05, 0.2)},
 }
 IN_USE, NO_RESIDUAL, FULL_RESIDUAL, LONG_INTERVAL = f"residual {RESIDUAL_SHARE:g}", "residual 0", "residual 1", "a choice in 3 steps"
 NO_ASSIST = "assist 0"
@@ -93,10 +84,10 @@ def search_study(data: Path, out: Path) -> Study:
     return Study({"study": "search", "rows": rows, "findings": _findings(found)}, groups)
 
 
-def measure_search(policy: Policy, spec: MimicSpec, clip: BodyMotion, variant: SearchVariant) -> Values:
+def measure_search(policy: Policy, spec: MimicSpec, clip: BodyMotion, variant: SearchSettings) -> Values:
     """Return the measures of a variant of the SAMCON search on a repaired clip."""
     clip = clip if len(clip) % FRAMES_PER_STEP else clip.cut(0, len(clip) - 1)  # so that the last control step ends in the last frame
-    segments = list(SamconSearch(policy, spec, clip, THREADS, **variant._asdict()).segments())
+    segments = list(SamconSearch(Simulator(policy, spec, THREADS, variant), clip).segments())
     simulated = clip
     for segment in segments:
         simulated = write_segment(simulated, segment)

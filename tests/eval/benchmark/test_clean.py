@@ -13,8 +13,8 @@ from envs.mimic.spec import MimicSpec
 from eval.benchmark import clean as benchmark_clean
 from eval.benchmark import cli as benchmark
 from eval.benchmark.clean import BareSamcon, SamconRecorder, faulty_clip, measure_clean
-from eval.clean import samcon
 from eval.clean.pipeline import CleaningPipeline
+from eval.clean.samcon import SearchSettings, Simulator
 from tests.builders import as_bvh, posed
 from tests.envs.states import swaying
 
@@ -22,14 +22,11 @@ WORLDS = 6
 
 
 @pytest.fixture
-def cleaner(monkeypatch: pytest.MonkeyPatch) -> CleaningPipeline:
+def cleaner() -> CleaningPipeline:
     """Return a cleaner whose search has six samples."""
-    for module in (samcon, benchmark_clean):
-        monkeypatch.setattr(module, "NUM_SAMPLES", WORLDS)
-    monkeypatch.setattr(samcon, "NUM_SURVIVORS", 2)
     torch.manual_seed(0)
     spec = MimicSpec()
-    return CleaningPipeline(Policy(spec.observation_size, spec.action_size, (8,)), spec, 1)
+    return CleaningPipeline(Simulator(Policy(spec.observation_size, spec.action_size, (8,)), spec, 1, SearchSettings(WORLDS, 2)))
 
 
 def test_benchmark_writes_its_figures(
@@ -55,7 +52,8 @@ def test_benchmark_writes_its_figures(
 
 def test_bare_mujoco_ends_where_the_search_ends(cleaner: CleaningPipeline) -> None:
     recorder = SamconRecorder(WORLDS, 1)
-    benchmark_clean._search(cleaner, swaying("sway", 72, 0.3), recorder)
+    assert cleaner.simulator is not None
+    benchmark_clean._search(cleaner.simulator, swaying("sway", 72, 0.3), recorder)
     branched = [step for step, events in recorder.resets.items() if step and any(len(worlds) == WORLDS for worlds, _ in events)]
     assert branched  # a sample was branched, or all were reset
     bare = BareSamcon(recorder, WORLDS, 1)

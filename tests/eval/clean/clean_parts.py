@@ -11,7 +11,7 @@ from agents.policy.policy import Policy
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import rotations_from_hinges
 from envs.mimic.spec import MimicSpec
-from eval.clean import samcon
+from eval.clean.samcon import QUALITIES, SearchSettings, Simulator
 from tests.builders import hinge, posed
 from trainers.algorithms.policy_file import REQUIRED_CARD_KEYS
 
@@ -31,10 +31,18 @@ def saved(folder: Path) -> Path:
     return path
 
 
-def shrink_search(patch: pytest.MonkeyPatch, worlds: int = 8, best: int = 2) -> None:
-    """Search with few samples."""
-    patch.setattr(samcon, "NUM_SAMPLES", worlds)
-    patch.setattr(samcon, "NUM_SURVIVORS", best)
+FEW = SearchSettings(num_samples=8, num_survivors=2)
+
+
+def shrink_search(patch: pytest.MonkeyPatch) -> None:
+    """Have the command line search with few samples, whatever the quality."""
+    for quality in QUALITIES:
+        patch.setitem(QUALITIES, quality, FEW)
+
+
+def simulator(search: SearchSettings = FEW) -> Simulator:
+    """Return a simulator along the untrained policy, by default with few samples."""
+    return Simulator(untrained(), SPEC, 1, search)
 
 
 def standing(frames: int, fps: float = 60.0) -> BodyMotion:

@@ -17,7 +17,7 @@ from eval.clean import cli as clean
 from eval.clean.pipeline import CleaningPipeline
 from eval.clean.result import CleaningResult
 from tests.builders import as_bvh, posed
-from tests.eval.clean.clean_parts import SPEC, saved, shrink_search, standing, untrained
+from tests.eval.clean.clean_parts import saved, shrink_search, simulator, standing
 
 FPS = 30.0
 
@@ -169,7 +169,7 @@ def test_the_command_line_itself(tmp_path: Path) -> None:
 def cleaned(motion: BodyMotion) -> tuple[Bvh, Bvh, CleaningResult]:
     """Return a clip as BVH, what is to be written for it, and what is told."""
     bvh = as_bvh(motion)
-    return bvh, *CleaningPipeline(untrained(), SPEC, 1).clean(bvh, "clip")
+    return bvh, *CleaningPipeline(simulator()).clean(bvh, "clip")
 
 
 @pytest.mark.parametrize(("frames", "fps"), [(45, 30.0), (120, 100.0), (90, 60.0), (90, 60.000024)])
@@ -227,7 +227,7 @@ def test_what_is_no_human_is_refused() -> None:
     bvh = as_bvh(still(5))
     stick = Bvh(("a", "b"), (-1, 0), bvh.offsets[:2], bvh.channels[:2], ((), ()), bvh.frame_time, bvh.values[:, :9])
     with pytest.raises(InputError):
-        CleaningPipeline(untrained(), SPEC, 1).clean(stick, "stick")
+        CleaningPipeline(simulator()).clean(stick, "stick")
 
 
 def test_who_is_carried_is_left_in_the_air() -> None:

@@ -11,20 +11,18 @@ from datasets.library.motion_library import MotionLibrary
 from datasets.motion.clip import BodyMotion
 from envs.physics.mujoco_cpu import RecordingPhysics
 from eval.clean import samcon
-from eval.clean.samcon import SamconSearch, Segment
+from eval.clean.samcon import SamconSearch, SearchSettings, Segment, Simulator
 from tests.builders import STANDING, hinge, posed
-from tests.eval.clean.clean_parts import SPEC, shrink_search, standing, untrained
+from tests.eval.clean.clean_parts import FEW, SPEC, simulator, standing
 
 LIMPING = posed({"thigh_l_y": -20.0, "shin_l_y": 40.0, "foot_l_y": -20.0}, 181, STANDING)  # 3 s on one leg and a bent one
 
 
-@pytest.fixture(autouse=True)
-def small(monkeypatch: pytest.MonkeyPatch) -> None:
-    shrink_search(monkeypatch)
+ALONE = replace(FEW, assist_force_bw=0.0)
 
 
-def takes_of(clip: BodyMotion, seed: int = 0, assist_force_bw: float = 0.0) -> list[Segment]:
-    return list(SamconSearch(untrained(), SPEC, clip, 1, seed, assist_force_bw=assist_force_bw).segments())
+def takes_of(clip: BodyMotion, seed: int = 0, search: SearchSettings = ALONE) -> list[Segment]:
+    return list(SamconSearch(simulator(search), clip, seed).segments())
 
 
 def unbroken(take: Segment) -> None:
@@ -105,32 +103,30 @@ def test_nobody_follows_who_flies_off() -> None:
         assert np.abs(take.poses[:, 2] - clip.root_position[take.start : take.start + len(take.poses), 2]).max() < 1.0
 
 
-def test_a_search_does_better_than_its_policy_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_search_does_better_than_its_policy_alone() -> None:
     # An untrained policy falls within two seconds or so; those who search along it last longer.
-    shrink_search(monkeypatch, 32, 8)
-    together = len(takes_of(LIMPING)[0].poses)
-    shrink_search(monkeypatch, 1, 1)
-    assert together > len(takes_of(LIMPING)[0].poses)
+    together, one = (replace(ALONE, num_samples=number, num_survivors=best) for number, best in ((32, 8), (1, 1)))
+    assert len(takes_of(LIMPING, search=together)[0].poses) > len(takes_of(LIMPING, search=one)[0].poses)
 
 
 def test_a_limited_force_on_the_pelvis_helps() -> None:
-    alone, helped = takes_of(LIMPING)[0], takes_of(LIMPING, assist_force_bw=0.1)[0]
+    alone, helped = takes_of(LIMPING)[0], takes_of(LIMPING, search=replace(ALONE, assist_force_bw=0.1))[0]
     assert not alone.assist.any()
     assert len(helped.poses) > len(alone.poses)
     assert 0.0 < helped.assist.mean() <= helped.assist.max() <= 0.1 + 1e-6
 
 
-def test_only_a_share_of_the_residual_is_played(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_a_share_of_the_residual_is_played() -> None:
     # A policy that asks for a tenth of its range everywhere, without noise: the motors of the knees are told the reference, and beside it
     # smoothed half a tenth: 0.2 x 0.05 of 1 rad after the first step, 0.2 x 0.05 x 0.8 more after the second.
     class Asking(Policy):
         def act(self, observation: np.ndarray) -> np.ndarray:
             return np.full((len(observation), 20), 0.1, dtype=np.float32)
 
-    monkeypatch.setattr(samcon, "ACTION_NOISE_STD", 0.0)
     told = []
     for share in (0.0, 0.5):
         policy = Asking(SPEC.observation_size, SPEC.action_size, (8,))
-        (take,) = SamconSearch(policy, SPEC, posed({}, 5), 1, residual_share=share).segments()
+        search = replace(ALONE, noise_std=0.0, residual_share=share)
+        (take,) = SamconSearch(Simulator(policy, SPEC, 1, search), posed({}, 5)).segments()
         told.append(take.targets[:, hinge("shin_l_y")])
     assert told[1][1:] - told[0][1:] == pytest.approx([0.01, 0.01, 0.018, 0.018], abs=1e-6)

@@ -13,7 +13,7 @@ from eval.clean import simulate_clip as module
 from eval.clean.samcon import Segment
 from eval.clean.simulate_clip import SimulatedClip, simulate_clip, without_simulation
 from tests.builders import STANDING, posed
-from tests.eval.clean.clean_parts import SPEC, shrink_search, standing, untrained
+from tests.eval.clean.clean_parts import simulator, standing
 
 FRAMES = 601  # 10 s
 TIME = np.arange(FRAMES) / 60.0
@@ -42,7 +42,7 @@ def perform_as(
             return iter(takes)
 
     monkeypatch.setattr(module, "SamconSearch", Actors)
-    return simulate_clip(untrained(), SPEC, clip, 1, joins)
+    return simulate_clip(simulator(), clip, joins)
 
 
 def still(angles: dict[str, float], root: np.ndarray | None = None) -> BodyMotion:
@@ -143,10 +143,9 @@ def test_performances_fit_what_comes_before_and_after(
 
 
 @pytest.mark.parametrize("frames", [60, 61])
-def test_a_search_covers_all_of_a_clip(monkeypatch: pytest.MonkeyPatch, frames: int) -> None:
-    shrink_search(monkeypatch)
+def test_a_search_covers_all_of_a_clip(frames: int) -> None:
     clip = standing(frames)
-    found, again = (simulate_clip(untrained(), SPEC, clip, 1) for _ in range(2))
+    found, again = (simulate_clip(simulator(), clip) for _ in range(2))
     assert (len(found.motion), found.contacts.shape, found.confidence.shape, found.segment_starts) == (frames, (frames, 2), (frames,), [0])
     assert (found.motion.fps, found.motion.name) == (60.0, clip.name)
     # It stands with both feet on the ground from the first to the last frame, and near the clip.
@@ -160,13 +159,12 @@ def test_a_search_covers_all_of_a_clip(monkeypatch: pytest.MonkeyPatch, frames: 
     assert np.array_equal(found.contacts, again.contacts)
 
 
-def test_confidence_is_a_share_wherever_a_search_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_confidence_is_a_share_wherever_a_search_fails() -> None:
     # A T-pose that takes off: there is nothing to stand on, so takes end soon, and are trusted little.
-    shrink_search(monkeypatch)
     rest = posed({}, 90)
     time = np.arange(90) / 60.0
     clip = replace(rest, root_position=rest.root_position + 10.0 * np.clip(time - 0.5, 0.0, None)[:, None] ** 2 * Z)
-    found = simulate_clip(untrained(), SPEC, clip, 1)
+    found = simulate_clip(simulator(), clip)
     assert len(found.segment_starts) > 1
     assert found.confidence.min() >= 0.0
     assert found.confidence.max() <= 1.0 + 1e-9

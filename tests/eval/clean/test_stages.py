@@ -5,17 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from agents.policy.policy import Policy
 from datasets.cleanup.off_feet_spans import OffFeetSpan
 from datasets.motion.clip import BodyMotion
 from datasets.motion.kinematics import body_poses, lowest_point_heights
 from datasets.motion.rotation import from_axis_angle, multiply
-from envs.mimic.spec import MimicSpec
 from eval.clean import stages as module
+from eval.clean.samcon import Simulator
 from eval.clean.simulate_clip import SimulatedClip
 from eval.clean.stages import frame_mask, repair_kinematically, simulate_grounded_spans
 from tests.builders import STANDING, posed
-from tests.eval.clean.clean_parts import SPEC, shrink_search, standing, untrained
+from tests.eval.clean.clean_parts import simulator, standing
 
 X, Y, Z = np.eye(3)
 
@@ -88,7 +87,7 @@ def performed(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, tuple[bool, bo
     """Let parts be performed as ``bent``, with 0.2 m of drift; return what was asked for: frames, and what they join."""
     asked = []
 
-    def stand_in(_: Policy, __: MimicSpec, clip: BodyMotion, ___: int, joins: tuple[bool, bool], ____: float) -> SimulatedClip:
+    def stand_in(_: Simulator, clip: BodyMotion, joins: tuple[bool, bool]) -> SimulatedClip:
         asked.append((len(clip), joins))
         return bent(clip, 0.2)
 
@@ -99,7 +98,7 @@ def performed(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, tuple[bool, bo
 def test_only_level_ground_is_performed(performed: list[tuple[int, tuple[bool, bool]]]) -> None:
     # 100 frames of standing, 80 of sitting, 120 of standing.
     clip = posed({}, 300)
-    found = simulate_grounded_spans(untrained(), SPEC, clip, [OffFeetSpan(100, 180, "sits")], 1)
+    found = simulate_grounded_spans(simulator(), clip, [OffFeetSpan(100, 180, "sits")])
     assert performed == [(100, (False, True)), (120, (True, False))]
     ground = np.ones(300, dtype=bool)
     ground[100:180] = False
@@ -112,7 +111,7 @@ def test_only_level_ground_is_performed(performed: list[tuple[int, tuple[bool, b
 
 def test_what_follows_a_performance_is_carried_along(performed: list[tuple[int, tuple[bool, bool]]]) -> None:
     # The clip stands still; the first part drifts by 0.2 m, so the second is from there, and drifts by another 0.2. Heights stay.
-    found = simulate_grounded_spans(untrained(), SPEC, posed({}, 300), [OffFeetSpan(100, 180, "sits")], 1).motion.root_position
+    found = simulate_grounded_spans(simulator(), posed({}, 300), [OffFeetSpan(100, 180, "sits")]).motion.root_position
     assert len(performed) == 2
     assert found[:100, 0] == pytest.approx(np.linspace(0.0, 0.2, 100))
     assert found[100:180, 0] == pytest.approx(0.2)
@@ -123,7 +122,7 @@ def test_what_follows_a_performance_is_carried_along(performed: list[tuple[int, 
 
 def test_what_is_too_short_is_not_performed_but_stands_by_its_looks(performed: list[tuple[int, tuple[bool, bool]]]) -> None:
     # 59 frames before and 61 after somebody sits.
-    found = simulate_grounded_spans(untrained(), SPEC, posed({}, 200), [OffFeetSpan(59, 139, "sits")], 1)
+    found = simulate_grounded_spans(simulator(), posed({}, 200), [OffFeetSpan(59, 139, "sits")])
     assert performed == [(61, (True, False))]
     assert not found.confidence[:139].any()
     assert found.contacts[:59].all()  # of a T-pose on the ground
@@ -133,19 +132,17 @@ def test_what_is_too_short_is_not_performed_but_stands_by_its_looks(performed: l
 
 def test_without_a_policy_physics_is_left_out() -> None:
     clip = posed({}, 90)
-    found = simulate_grounded_spans(None, SPEC, clip, [], 1)
+    found = simulate_grounded_spans(None, clip, [])
     assert found.motion is clip
     assert found.contacts.all()
     assert (found.confidence.any(), found.segment_starts) == (False, [])
 
 
-def test_a_search_follows_what_is_repaired(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_search_follows_what_is_repaired() -> None:
     # Somebody who stands, sits down in the air for half a second, and stands: before and after the span nothing jumps.
-    shrink_search(monkeypatch)
     clip = standing(200)
-    found = simulate_grounded_spans(
-        untrained(), SPEC, repair_kinematically(clip, [OffFeetSpan(70, 100, "sits")]), [OffFeetSpan(70, 100, "sits")], 1
-    )
+    sits = [OffFeetSpan(70, 100, "sits")]
+    found = simulate_grounded_spans(simulator(), repair_kinematically(clip, sits), sits)
     assert (len(found.motion), found.contacts.shape, found.confidence.shape) == (200, (200, 2), (200,))
     assert not found.confidence[70:100].any()
     assert found.confidence[[69, 100]] == pytest.approx(0.0, abs=0.05)

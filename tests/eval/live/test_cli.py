@@ -25,7 +25,6 @@ from datasets.formats.bvh import read_bvh, write_bvh
 from datasets.library.sources import load_clips
 from datasets.retarget.humanoid_bvh import to_humanoid_bvh
 from datasets.synthetic.clips import synthetic_clips
-from envs.mimic.spec import MimicSpec
 from eval import live_replay
 from eval.clean.pipeline import CleaningPipeline
 from eval.live import cli as live
@@ -114,7 +113,7 @@ def test_replay_and_recording(model: Path, clip: Path, tmp_path: Path, capsys: p
     assert len(bvh.values) == int(sent[1]) - 90  # a second of T-pose, a second to warm up
     (read,) = load_clips(file, fps=45.0)
     assert len(read) == len(bvh.values)
-    cleaned, _ = CleaningPipeline(None, MimicSpec(), 1).clean(bvh, file.stem)  # physics takes longer and is not in question here
+    cleaned, _ = CleaningPipeline(None).clean(bvh, file.stem)  # physics takes longer and is not in question here
     assert (cleaned.names, cleaned.values.shape) == (bvh.names, bvh.values.shape)
 
 

@@ -16,8 +16,8 @@ from configs.source_code import imported_files
 from datasets.formats.bvh import write_bvh
 from datasets.motion.clip import BodyMotion
 from envs.mimic.spec import MimicSpec
-from eval.clean import samcon
 from eval.clean.pipeline import CleaningPipeline
+from eval.clean.samcon import GOOD, QUALITIES, SearchSettings
 from eval.evaluation_recordings import IMU_SUIT_CLIPS
 from eval.study.clean import case_results
 from eval.study.clean import cases as clean_cases
@@ -30,7 +30,7 @@ from eval.study.framework.page import study_text
 from tests.builders import as_bvh, posed
 from trainers.algorithms.policy_file import REQUIRED_CARD_KEYS
 
-WITHOUT = CleaningPipeline(None, MimicSpec(), 1)
+WITHOUT = CleaningPipeline(None)
 
 
 def test_a_foot_that_stands_skates_as_fast_as_it_glides() -> None:
@@ -190,8 +190,7 @@ def leave_policy(file: Path, seed: int) -> Path:
 @pytest.fixture
 def recordings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Leave a folder of real motion of people who stand, one of them long enough for physics, and a policy in the package."""
-    monkeypatch.setattr(samcon, "NUM_SAMPLES", 4)
-    monkeypatch.setattr(samcon, "NUM_SURVIVORS", 2)
+    monkeypatch.setitem(QUALITIES, GOOD, SearchSettings(num_samples=4, num_survivors=2))
     monkeypatch.setattr(clean_study, "available_cores", lambda: 1)
     monkeypatch.setattr(clean_study, "PRETRAINED_POLICY", leave_policy(tmp_path / "package" / "mimic.safetensors", 0))
     pose = {"upper_arm_l_x": -70.0, "upper_arm_r_x": 70.0}

@@ -5,14 +5,14 @@ from pathlib import Path
 
 import pytest
 
+from eval.clean.samcon import SearchSettings
 from eval.study import cli as study
 from eval.study.search import study as search_study
-from tests.eval.clean.clean_parts import SPEC, shrink_search, standing, untrained
+from tests.eval.clean.clean_parts import FEW, SPEC, standing, untrained
 
 
-def test_who_stands_is_near_and_slides_no_faster_than_the_recording_allows(monkeypatch: pytest.MonkeyPatch) -> None:
-    shrink_search(monkeypatch)
-    found = search_study.measure_search(untrained(), SPEC, standing(60), search_study.SearchVariant(0.5, 1))
+def test_who_stands_is_near_and_slides_no_faster_than_the_recording_allows() -> None:
+    found = search_study.measure_search(untrained(), SPEC, standing(60), FEW)
     assert set(found) == set(search_study.MEASURES)
     assert found["body_error"] < 30.0
     assert found["restarts"] == 0.0
@@ -21,7 +21,7 @@ def test_who_stands_is_near_and_slides_no_faster_than_the_recording_allows(monke
 
 
 def test_the_study_judges_the_share_in_use(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    def perform(_policy: object, _spec: object, _clip: object, variant: search_study.SearchVariant) -> dict[str, float]:
+    def perform(_policy: object, _spec: object, _clip: object, variant: SearchSettings) -> dict[str, float]:
         # Half is nearest; its feet slide at 2 cm/s where the recording's do at 1.5: within 1.5 times.
         off = {0.0: 40.0, 0.25: 35.0, 0.5: 30.0, 0.75: 33.0, 1.0: 29.0}[variant.residual_share] + variant.steps_per_window - 1
         off += 50.0 * (0.1 - variant.assist_force_bw)
