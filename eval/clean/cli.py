@@ -2,12 +2,15 @@
 
 import argparse
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 import torch
+from rich.console import Console
 from rich.markup import escape
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeRemainingColumn
 
 from agents.weights.pretrained import PRETRAINED_POLICY
 from configs.errors import InputError
@@ -65,8 +68,8 @@ def clean_files(source: Path, target: Path, report: Path | None, pipeline: Clean
     for file, out in clips:
         begin = time.monotonic()
         try:
-            with console.status(escape(f"cleaning {file.name}")):
-                bvh, cleaned = pipeline.clean(read_bvh(file), file.stem, mapping)
+            with _progress(console, f"cleaning {file.name}") as progress:
+                bvh, cleaned = pipeline.clean(read_bvh(file), file.stem, mapping, progress=progress)
             with reporting_write_errors(out):
                 out.parent.mkdir(parents=True, exist_ok=True)
                 write_bvh(out, bvh)
@@ -88,6 +91,17 @@ def clean_files(source: Path, target: Path, report: Path | None, pipeline: Clean
         console.print(escape(f"report over all clips: {report / 'index.html'}"))
     if num_failed:
         raise InputError(f"{source}: {num_failed} of {len(clips)} files could not be cleaned, see above; the others were")
+
+
+@contextmanager
+def _progress(console: Console, title: str) -> Iterator[Callable[[float], None]]:
+    """Draw a bar with the time left, which takes the share that is done, while a clip is cleaned; nothing where there is no terminal."""
+    with Progress(
+        SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn(),
+        console=console, transient=True, disable=not console.is_terminal,
+    ) as bar:  # fmt: skip
+        task = bar.add_task(escape(title), total=1.0)
+        yield lambda share: bar.update(task, completed=share)
 
 
 def _line(file: Path, out: Path, cleaned: CleaningResult, seconds: float) -> str:

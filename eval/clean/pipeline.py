@@ -1,6 +1,6 @@
 """The cleaning pipeline, BVH in, clean BVH out: each stage is one line of ``CleaningPipeline.clean``."""
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple, Self
@@ -65,7 +65,12 @@ class CleaningPipeline:
         return replace(self, restorer=restorer, simulator=None if PHYSICS in stages else self.simulator)
 
     def clean(
-        self, bvh: Bvh, name: str, mapping: JointMapping | None = None, truth: BodyMotion | None = None
+        self,
+        bvh: Bvh,
+        name: str,
+        mapping: JointMapping | None = None,
+        truth: BodyMotion | None = None,
+        progress: Callable[[float], None] = lambda _: None,
     ) -> tuple[Bvh, CleaningResult]:
         """Return a cleaned clip: the BVH to write, and the clip before and after for the report.
 
@@ -74,6 +79,7 @@ class CleaningPipeline:
             name: Name of the clip in messages and in the report.
             mapping: Joint names, unit and axes that the user gave.
             truth: Clean clip behind the input at 60 fps, where it is known; measured in the report, never used.
+            progress: Called with the share of the frames that were simulated, again and again: that is what takes time.
 
         Raises:
             InputError: If no human skeleton is found in the file.
@@ -84,7 +90,7 @@ class CleaningPipeline:
         poses = restore_clip(self.restorer, recorded)
         rooted, off_feet = locate_root(poses.motion)
         repaired = repair_kinematically(rooted, off_feet, poses.contacts)
-        simulated = simulate_grounded_spans(self.simulator, repaired, off_feet, poses.contacts)
+        simulated = simulate_grounded_spans(self.simulator, repaired, off_feet, poses.contacts, progress)
         at_own_rate = _to_recording_rate(simulated, off_feet, retargeted.motion)
         transferred = transfer_back(retargeted, at_own_rate.motion)  # own skeleton again
         output = lock_performer_feet(transferred, retargeted, at_own_rate.contacts, at_own_rate.level)

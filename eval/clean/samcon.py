@@ -5,7 +5,7 @@ some by the policy alone, the others with noise on their actions; after every wi
 of limited size on the pelvis helps all of them (residual force control, Yuan and Kitani 2020).
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple, cast
 
@@ -26,6 +26,7 @@ from envs.physics.mujoco_cpu import RecordingPhysics
 from envs.vector_env import AdaptMimicVectorEnv
 
 POSE_SIZE, VELOCITY_SIZE = 7 + HINGE_COUNT, 6 + HINGE_COUNT  # of a free root and the hinges
+WINDOWS_BETWEEN_PRUNINGS = 30  # a second of the clip
 SCORE_DECAY = 0.95  # of rewards by their age; the critic's value ahead is a mean reward a step and weighs as much as one
 MAX_POSE_ERROR_M = 0.12  # mean distance of the bodies from the reference's, roots aligned, beyond which a sample is dropped
 # Weights beside the reward, which hardly falls with the small errors from which falls begin.
@@ -99,14 +100,16 @@ class Segment(NamedTuple):
 class SamconSearch:
     """Simulates one clip, segment after segment."""
 
-    def __init__(self, simulator: Simulator, clip: BodyMotion, seed: int = 0) -> None:
+    def __init__(self, simulator: Simulator, clip: BodyMotion, seed: int = 0, after_frames: Callable[[int], None] = lambda _: None) -> None:
         """Build the vector env with one clip.
 
         Args:
             simulator: Policy, whose actions are the means of the samples, and settings.
             clip: Reference clip at 60 fps.
             seed: Seed of the action noise.
+            after_frames: Called with the number of frames that were simulated after each window.
         """
+        self._after_frames = after_frames
         self._policy, self._settings, self._frames = simulator.policy, simulator.search, len(clip)
         self._env = AdaptMimicVectorEnv(
             MotionLibrary.from_clips([clip]),
@@ -148,13 +151,15 @@ class SamconSearch:
                 )
             steps_done += len(substates) // FRAMES_PER_STEP
             windows.append(_Window(parents, np.stack(substates, axis=1)))
+            if len(windows) % WINDOWS_BETWEEN_PRUNINGS == 0:
+                windows = _prune(windows)
+            self._after_frames(len(substates))
             on_track = FRAMES_PER_STEP * steps_on_track == len(substates)
             if steps_done == steps or not on_track.any():
                 break
-            order = np.argsort(np.where(on_track, -self._score(score, observation), np.inf))[
-                : min(self._settings.num_survivors, on_track.sum())
-            ]
-            parents, num_survivors = np.resize(order, count), len(order)
+            num_survivors = min(self._settings.num_survivors, int(on_track.sum()))
+            order = np.argsort(np.where(on_track, -self._score(score, observation), np.inf))[:num_survivors]
+            parents = np.resize(order, count)
             env.branch(parents)
             observation, score = observation[parents], score[parents]
         return _backtrack(start, first, windows, steps_on_track)
@@ -187,7 +192,7 @@ class SamconSearch:
 
 
 class _Window(NamedTuple):
-    """A window between two selections: the sample from which each went on (K,), and its snapshots (K, n, 143)."""
+    """A window between two selections: from which row of the one before each of R samples went on (R,), and snapshots (R, n, 143)."""
 
     parents: np.ndarray
     substates: np.ndarray
@@ -195,6 +200,18 @@ class _Window(NamedTuple):
 
 def _head_from_com(bodies: BodyState | Observed) -> np.ndarray:
     return bodies.pos[:, HEAD_BODY] - bodies.com
+
+
+def _prune(windows: list[_Window]) -> list[_Window]:
+    """Return the windows with those samples only that led to one of the last window's, so that a long clip takes little memory."""
+    alive, kept = np.arange(len(windows[-1].parents)), []
+    for window in reversed(windows):
+        rows, row_of = np.unique(alive, return_inverse=True)
+        if kept:
+            kept[-1] = kept[-1]._replace(parents=row_of)
+        alive = window.parents[rows]
+        kept.append(_Window(alive, window.substates[rows]))
+    return kept[::-1]
 
 
 def _backtrack(start: int, first: np.ndarray, windows: list[_Window], steps_on_track: np.ndarray) -> Segment:

@@ -1,5 +1,6 @@
 """Simulates a whole clip: segments of the search one after the other, blended into the clip by how near they stay to it."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -47,16 +48,22 @@ def without_simulation(clip: BodyMotion) -> SimulatedClip:
     return SimulatedClip(clip, np.zeros((len(clip), 2), dtype=bool), np.zeros(len(clip)), [], np.zeros(len(clip)))
 
 
-def simulate_clip(simulator: Simulator, clip: BodyMotion, fade_ends: tuple[bool, bool] = (False, False)) -> SimulatedClip:
+def simulate_clip(
+    simulator: Simulator,
+    clip: BodyMotion,
+    fade_ends: tuple[bool, bool] = (False, False),
+    after_frames: Callable[[int], None] = lambda _: None,
+) -> SimulatedClip:
     """Simulate a clip by SAMCON search and blend the result into it.
 
     Args:
         simulator: Policy and settings of the search.
         clip: Clip on level ground, at 60 fps.
         fade_ends: Whether frames without simulation come before the clip, and after it.
+        after_frames: Called with the number of frames that were simulated, again and again.
     """
     padded = clip if len(clip) % FRAMES_PER_STEP else _repeat_last_frame(clip)  # so that the last control step ends in the last frame
-    segments = list(SamconSearch(simulator, padded).segments())
+    segments = list(SamconSearch(simulator, padded, after_frames=after_frames).segments())
     simulated, contacts, assist = padded, np.zeros((len(padded), 2), dtype=bool), np.zeros(len(padded))
     for segment in segments:  # each begins in the last frame of the one before, in the reference's pose
         simulated = write_segment(simulated, segment)

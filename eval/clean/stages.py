@@ -1,5 +1,6 @@
 """Stages of cleaning on the 20 bodies: kinematic repair (low-pass, level ground, self-penetration), and simulation of grounded spans."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -32,7 +33,11 @@ def repair_kinematically(clip: BodyMotion, off_feet: list[OffFeetSpan], contacts
 
 
 def simulate_grounded_spans(
-    simulator: Simulator | None, clip: BodyMotion, off_feet: list[OffFeetSpan], contacts: np.ndarray | None = None
+    simulator: Simulator | None,
+    clip: BodyMotion,
+    off_feet: list[OffFeetSpan],
+    contacts: np.ndarray | None = None,
+    progress: Callable[[float], None] = lambda _: None,
 ) -> SimulatedClip:
     """Return the clip simulated wherever it is on level ground.
 
@@ -43,13 +48,21 @@ def simulate_grounded_spans(
         clip: Repaired clip at 60 fps.
         off_feet: Spans off level ground.
         contacts: Whether the left and the right foot stand, shape (T, 2); detected by speed and height if None.
+        progress: Called with the share of the frames that were simulated, again and again.
     """
+    num_done = 0
+
+    def after_frames(number: int) -> None:
+        nonlocal num_done
+        num_done += number
+        progress(num_done / len(clip))
+
     excluded = frame_mask(off_feet, len(clip))
     edges = np.flatnonzero(np.diff(np.concat([[True], excluded, [True]]).astype(int)))
     simulated = without_simulation(clip)
     for start, stop in edges.reshape(-1, 2):
         if simulator is not None and stop - start >= MIN_SIMULATED_FRAMES:
-            part = simulate_clip(simulator, clip.cut(start, stop), (start > 0, stop < len(clip)))
+            part = simulate_clip(simulator, clip.cut(start, stop), (start > 0, stop < len(clip)), after_frames)
             simulated = _splice(simulated, part, start, stop)
     kinematic = (detect_foot_contacts(simulated.motion) if contacts is None else contacts) & ~excluded[:, None]
     found = np.where((simulated.confidence >= SIMULATED_CONFIDENCE)[:, None], simulated.contacts, kinematic)

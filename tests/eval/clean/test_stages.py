@@ -1,5 +1,6 @@
 """The stages of cleaning: what is put right, what is left alone, and how performed parts come back into a clip."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -87,7 +88,7 @@ def performed(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, tuple[bool, bo
     """Let parts be performed as ``bent``, with 0.2 m of drift; return what was asked for: frames, and what they join."""
     asked = []
 
-    def stand_in(_: Simulator, clip: BodyMotion, joins: tuple[bool, bool]) -> SimulatedClip:
+    def stand_in(_: Simulator, clip: BodyMotion, joins: tuple[bool, bool], __: Callable[[int], None]) -> SimulatedClip:
         asked.append((len(clip), joins))
         return bent(clip, 0.2)
 
