@@ -5,6 +5,7 @@ simulated suit's recording of a synthetic walk, or of the first long clip of a m
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,10 +22,10 @@ from envs.physics.mujoco_cpu import RecordingPhysics
 from eval.benchmark.peers.bare_mujoco import BareBatch, ControlRecorder
 from eval.benchmark.timing.interleaved import BenchmarkCase, BenchmarkResult, interleave, torch_threads
 from eval.clean.pipeline import PHYSICS, CleaningPipeline
-from eval.clean.samcon import SamconSearch, Simulator
+from eval.clean.samcon import BEST, FAST, QUALITIES, SamconSearch, Simulator
 from eval.clean.stages import repair_kinematically
 
-CLIP_S = 10  # duration of the clip
+CLIP_S = 5  # duration of the clip
 SYNTHETIC_KIND = "turn"  # of synthetic motion: a walk with two bends, always on the ground
 OURS, LIMIT, SEARCH, NO_PHYSICS = "clean", "bare MuJoCo", "search alone", "no physics"
 
@@ -49,11 +50,11 @@ class BareSamcon(BareBatch):
 
 
 def benchmark_clean(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> BenchmarkResult:
-    """Return the rates at which the package's policy cleans a clip of ten seconds.
+    """Return the rates at which the package's policy cleans a clip of five seconds.
 
     Args:
         motions: Motion source.
-        rounds: Number of rounds to keep; a round takes about half a minute.
+        rounds: Number of rounds to keep; a round takes a minute and a half.
         after_round: Called after each round.
 
     Raises:
@@ -100,11 +101,18 @@ def measure_clean(
         BenchmarkCase(OURS, f"ours, {plural}: BVH to BVH, of {clip.seconds:g} s; 1 is real time", cleaning(cleaner), limit=LIMIT),
         BenchmarkCase(SEARCH, f"the {simulator.search.num_samples} humanoids with policy, observation and choice", search, limit=LIMIT),
         _bare(simulator, repaired),
+        *(BenchmarkCase(f"quality {quality}", f"--quality {quality}", cleaning(_of_quality(cleaner, quality))) for quality in (FAST, BEST)),
         BenchmarkCase(NO_PHYSICS, "the same cleaning without the simulation", cleaning(cleaner.without([PHYSICS]))),
     ]
     with torch_threads(simulator.threads):
         rates = interleave(cases, rounds, after_round)
     return BenchmarkResult("clean", "seconds of clip/s", cases, rates, OURS)
+
+
+def _of_quality(cleaner: CleaningPipeline, quality: str) -> CleaningPipeline:
+    """Return the pipeline with a search of another quality."""
+    assert cleaner.simulator is not None
+    return replace(cleaner, simulator=replace(cleaner.simulator, search=QUALITIES[quality]))
 
 
 def _search(simulator: Simulator, clip: BodyMotion, physics: RecordingPhysics | None = None) -> None:

@@ -18,7 +18,7 @@ from datasets.library.sources import load_clips
 from datasets.motion.clip import FPS, BodyMotion
 from envs.mimic.spec import MimicSpec
 from envs.physics.engine_interface import FRAMES_PER_STEP
-from eval.clean.samcon import SamconSearch, SearchSettings, Simulator
+from eval.clean.samcon import GOOD, QUALITIES, SamconSearch, SearchSettings, Simulator
 from eval.clean.simulate_clip import write_segment
 from eval.clean.stages import repair_kinematically
 from eval.evaluation_recordings import TEST_CLIPS
@@ -34,6 +34,8 @@ SEARCH_VARIANTS = {  # by name of the rows
     **{f"residual {share:g}": SearchSettings(residual_share=share) for share in (0.0, 0.25, RESIDUAL_SHARE, 0.75, 1.0)},
     "a choice in 3 steps": SearchSettings(steps_per_window=3),
     **{f"assist {force:g}": SearchSettings(assist_force_bw=force) for force in (0.0, 0.05, 0.2)},
+    "noise 0.15": SearchSettings(noise_std=0.15),
+    "quality good": QUALITIES[GOOD],
 }
 IN_USE, NO_RESIDUAL, FULL_RESIDUAL, LONG_INTERVAL = f"residual {RESIDUAL_SHARE:g}", "residual 0", "residual 1", "a choice in 3 steps"
 NO_ASSIST = "assist 0"
