@@ -25,7 +25,7 @@ from eval.clean.pipeline import PHYSICS, CleaningPipeline
 from eval.clean.samcon import BEST, FAST, QUALITIES, SamconSearch, Simulator
 from eval.clean.stages import repair_kinematically
 
-CLIP_S = 5  # duration of the clip
+CLIP_S = 6  # duration of the clip
 SYNTHETIC_KIND = "turn"  # of synthetic motion: a walk with two bends, always on the ground
 OURS, LIMIT, SEARCH, NO_PHYSICS = "clean", "bare MuJoCo", "search alone", "no physics"
 
@@ -50,7 +50,7 @@ class BareSamcon(BareBatch):
 
 
 def benchmark_clean(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> BenchmarkResult:
-    """Return the rates at which the package's policy cleans a clip of five seconds.
+    """Return the rates at which the package's policy cleans a clip of six seconds.
 
     Args:
         motions: Motion source.
@@ -58,13 +58,13 @@ def benchmark_clean(motions: str, rounds: int, after_round: Callable[[], None] =
         after_round: Called after each round.
 
     Raises:
-        InputError: If the source holds no clip of ten seconds.
+        InputError: If the source holds no clip of six seconds.
     """
     return measure_clean(CleaningPipeline.load(available_cores()), faulty_clip(motions), rounds, after_round)
 
 
 def faulty_clip(motions: str) -> BodyMotion:
-    """Return ten seconds of a simulated suit's recording."""
+    """Return six seconds of a simulated suit's recording."""
     if motions == SYNTHETIC_SOURCE:
         clip = next(clip for clip in synthetic_clips(0, 1, CLIP_S) if clip.kind == SYNTHETIC_KIND)
     else:

@@ -69,12 +69,12 @@ def test_bare_mujoco_ends_where_the_search_ends(cleaner: CleaningPipeline) -> No
         bare.run()
 
 
-def test_the_clip_lasts_five_seconds(tmp_path: Path) -> None:
-    assert len(faulty_clip("synthetic")) == 300
-    for name, frames in (("short", 299), ("long", 360)):
+def test_the_clip_lasts_six_seconds(tmp_path: Path) -> None:
+    assert len(faulty_clip("synthetic")) == 360
+    for name, frames in (("short", 359), ("long", 420)):
         write_bvh(tmp_path / f"{name}.bvh", as_bvh(posed({}, frames=frames)))
-    assert len(faulty_clip(str(tmp_path))) == 300
+    assert len(faulty_clip(str(tmp_path))) == 360
     assert np.isfinite(faulty_clip(str(tmp_path)).local_rotations).all()
     (tmp_path / "long.bvh").unlink()
-    with pytest.raises(ValueError, match=r"holds no clip of 5 s"):
+    with pytest.raises(ValueError, match=r"holds no clip of 6 s"):
         faulty_clip(str(tmp_path))
