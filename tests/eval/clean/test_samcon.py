@@ -32,10 +32,11 @@ def unbroken(take: Segment) -> None:
     physics.reset(np.arange(worlds), take.poses[:-1], take.velocities[:-1])
     physics.step(take.targets[1:])
     poses, velocities, _ = physics.substates[0]  # a frame later
-    # Within 5 mm or mrad: the solver's sweeps begin here without the forces of the step before. Other samples are farther.
-    assert poses == pytest.approx(take.poses[1:], abs=5e-3)
-    assert np.abs(poses - np.roll(take.poses[1:], 1, axis=0)).max() > 1e-2
-    assert velocities == pytest.approx(take.velocities[1:], abs=0.2)
+    # The solver's sweeps begin here without the forces of the step before, which a stumbling foot shows. Another sample is farther nearly
+    # everywhere.
+    assert np.percentile(np.abs(poses - take.poses[1:]), 99) < 1e-3
+    assert np.percentile(np.abs(velocities - take.velocities[1:]), 99) < 0.1
+    assert np.percentile(np.abs(np.roll(poses, 1, axis=0) - take.poses[1:]), 99) > 2e-3
 
 
 def test_a_clip_that_can_be_stood_is_one_take() -> None:
