@@ -54,7 +54,7 @@ def benchmark_clean(motions: str, rounds: int, after_round: Callable[[], None] =
 
     Args:
         motions: Motion source.
-        rounds: Number of rounds to keep; a round takes a minute and a half.
+        rounds: Number of rounds to keep; a round takes two minutes.
         after_round: Called after each round.
 
     Raises:

@@ -58,7 +58,7 @@ FAST, GOOD, BEST = "fast", "good", "best"
 QUALITIES = {
     FAST: SearchSettings(),
     GOOD: SearchSettings(num_samples=768, num_survivors=192),
-    BEST: SearchSettings(num_samples=2560, num_survivors=640),
+    BEST: SearchSettings(num_samples=2048, num_survivors=512),
 }
 
 
