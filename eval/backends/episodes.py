@@ -12,6 +12,7 @@ from envs.mimic.spec import EPISODE_FRAMES, MimicSpec
 from envs.physics.engine_interface import FRAMES_PER_STEP
 from envs.torch_env import AdaptMimicTorchEnv
 from envs.vector_env import AdaptMimicVectorEnv
+from eval.backends.exact_physics import exact_cpu_physics
 from trainers.evaluation.evaluation_protocol import PolicyFn
 
 COMPARED_METRICS = ("episode_length_ratio", "max_reward_ratio", "sr90", "root_mse")
@@ -53,7 +54,7 @@ def episode_pairs(
         device: Device of the torch env.
         after_step: Called after each control step of either backend.
     """
-    ours = AdaptMimicVectorEnv(library, worlds, spec, autoreset_mode=AutoresetMode.DISABLED)
+    ours = AdaptMimicVectorEnv(library, worlds, spec, autoreset_mode=AutoresetMode.DISABLED, physics=exact_cpu_physics)
     other = AdaptMimicTorchEnv(library, worlds, spec, device)
     clip, frame = ours.start_sampler.sample(np.random.default_rng(0).random((2, worlds)))
     seen, _ = ours.reset(options={"clip": clip, "frame": frame})

@@ -10,10 +10,10 @@ import torch
 from datasets.library.motion_library import MotionLibrary
 from envs.mimic.spec import MimicSpec
 from envs.physics.engine_interface import CONTROL_STEP_S, engine_steps
-from envs.physics.humanoid_mjcf import SOLE_EDGES, build_model, use_exact_solver
-from envs.physics.mujoco_cpu import CpuPhysics
+from envs.physics.humanoid_mjcf import SOLE_EDGES
 from envs.torch_env import AdaptMimicTorchEnv
 from envs.vector_env import AdaptMimicVectorEnv
+from eval.backends.exact_physics import exact_cpu_physics
 
 ROUNDING_DISTANCE_M = 1e-6  # m; smaller distances are within single precision of 0
 ALIKE, TOUCHING = "alike", "touching"
@@ -61,7 +61,7 @@ def step_differences(
         device: Device of the torch env.
         after_step: Called after each step.
     """
-    ours = AdaptMimicVectorEnv(library, worlds, spec, physics=_with_exact_solver)
+    ours = AdaptMimicVectorEnv(library, worlds, spec, physics=exact_cpu_physics)
     other = AdaptMimicTorchEnv(library, worlds, spec, device)
     cause, rng = _Cause(ours.physics.model), np.random.default_rng(0)
     ours.reset(seed=0)
@@ -80,13 +80,6 @@ def step_differences(
         found.append((kinds, difference, np.abs(rewards - other_rewards.cpu().numpy()), ends[0] | ends[1]))
         after_step()
     return StepDifferences(*(np.concat(part) for part in zip(*found, strict=True)))
-
-
-def _with_exact_solver(worlds: int, threads: int) -> CpuPhysics:
-    """Return physics with the solver that mujoco-warp has, not with the few sweeps of Gauss-Seidel that training takes."""
-    model = build_model()
-    use_exact_solver(model)
-    return CpuPhysics(worlds, threads, model)
 
 
 def _state_of(ours: AdaptMimicVectorEnv, other: AdaptMimicTorchEnv) -> dict[str, Any]:

@@ -7,8 +7,8 @@ import torch
 from configs.errors import InputError
 from datasets.library.motion_library import MotionLibrary
 from envs.physics import mujoco_warp as physics_warp
-from envs.physics.mujoco_cpu import CpuPhysics
 from envs.physics.mujoco_warp import WarpPhysics, import_warp
+from eval.backends.exact_physics import exact_cpu_physics
 from tests.envs.devices import DEVICES, assert_same
 
 ROWS = np.array([40, 200, 500, 600])
@@ -66,7 +66,7 @@ def test_a_world_with_more_contacts_than_there_is_room_for_has_failed(
 @DEVICES
 def test_a_force_on_the_root_acts_as_on_the_cpu(library: MotionLibrary, device: torch.device) -> None:
     wrench = np.array([[0.0, 0.0, 1500.0, 0.0, 0.0, 0.0], [300.0, 0.0, 0.0, 0.0, 90.0, 0.0], [0.0] * 6, [0.0, -200.0, 0.0, 50.0, 0.0, 0.0]])
-    ours, other = CpuPhysics(4), placed(library, device)
+    ours, other = exact_cpu_physics(4), placed(library, device)
     ours.reset(np.arange(4), library.start_pose[ROWS], library.start_vel[ROWS])
     ours.set_root_wrench(wrench)
     other.set_root_wrench(torch.tensor(wrench, dtype=torch.float32, device=device))

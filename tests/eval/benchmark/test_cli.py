@@ -74,6 +74,7 @@ def test_benchmark_writes_its_figures(
     assert {name: row["limit"] for name, row in found["rows"].items()} == {
         "vector env, 1 thread": "bare MuJoCo, 1 thread",
         "bare MuJoCo, 1 thread": None,
+        "exact contacts, 1 thread": "vector env, 1 thread",
         "vector env, 2 threads": "bare MuJoCo, 2 threads",
         "bare MuJoCo, 2 threads": None,
         "single env": "bare mj_step",
