@@ -120,11 +120,16 @@ _TURN = 2 * np.pi  # rad
 _AXES = {"x": np.array([1.0, 0.0, 0.0]), "y": np.array([0.0, 1.0, 0.0]), "z": np.array([0.0, 0.0, 1.0])}
 
 
+def split_side(name: str) -> tuple[str, str]:
+    """Return a name without its side, and the side: "l", "r" or, of the middle, none."""
+    part, _, side = name.rpartition("_")
+    return (part, side) if side in ("l", "r") else (name, "")
+
+
 def body_in_words(name: str) -> str:
     """Return a body's name as people say it, such as "left upper arm"."""
-    part, _, side = name.rpartition("_")
-    sides = {"l": "left", "r": "right"}
-    return f"{sides[side]} {part.replace('_', ' ')}" if side in sides else name
+    part, side = split_side(name)
+    return f"{'left' if side == 'l' else 'right'} {part.replace('_', ' ')}" if side else part
 
 
 def hinge_slice(body: int) -> slice:

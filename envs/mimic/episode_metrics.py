@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from datasets.library.motion_library import Observed
+from datasets.library.motion_library import Observed, Rewarded
 from datasets.motion.body_state import BodyState
 from datasets.motion.rotation import Array, array_namespace
 from envs.mimic.spec import REWARD_TERMS
@@ -14,9 +14,9 @@ TRACKING_METRICS = ("episode_length_ratio", "root_mse", "sr90", "max_reward_rati
 SR90_MIN_LENGTH_RATIO = 0.9  # of the reference's length, eq. 4.13
 
 
-def body_error(agent: BodyState, observed: Observed) -> Array:
-    """Return the mean distance of the 20 bodies from the observed track's, roots aligned [m], shape (N,)."""
-    error = agent.pos - observed.pos
+def body_error(agent: BodyState, track: Observed | Rewarded) -> Array:
+    """Return the mean distance of the 20 bodies from a track's, roots aligned [m], shape (N,)."""
+    error = agent.pos - track.pos
     return array_namespace(error).linalg.vector_norm(error - error[:, :1], axis=-1).mean(axis=-1)
 
 

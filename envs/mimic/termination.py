@@ -6,6 +6,7 @@ from datasets.library.motion_library import Rewarded
 from datasets.motion.body_state import BodyState
 from datasets.motion.humanoid import BODIES, TRUNK_BODIES
 from datasets.motion.rotation import Array, Constant, array_namespace
+from envs.mimic.episode_metrics import body_error
 from envs.mimic.spec import DEVIATION_DISCOUNT_THRESHOLD, MIN_FALLEN_BODIES, TOUCH_HEIGHT_M
 
 # Trunk bodies' shapes: ends (3, 2, 1, 4), a ball's one point counted twice, and the heights of ends at which they touch the ground (4,).
@@ -21,10 +22,9 @@ def has_lost_reference(deviation_discount: Array) -> Array:
 def has_strayed(agent: BodyState, target: Rewarded, max_body_error_m: float) -> Array:
     """Return whether the bodies are farther from the rewarded track's on average, roots aligned, shape (N,); a training's own end.
 
-    Source: early termination, Peng et al. 2018 (DeepMimic); the distance is ``body_error``'s.
+    Source: early termination, Peng et al. 2018 (DeepMimic).
     """
-    error = agent.pos - target.pos
-    return array_namespace(error).linalg.vector_norm(error - error[:, :1], axis=-1).mean(axis=-1) > max_body_error_m
+    return body_error(agent, target) > max_body_error_m
 
 
 def has_fallen(agent: BodyState) -> Array:

@@ -6,7 +6,17 @@ from itertools import combinations
 import mujoco
 import numpy as np
 
-from datasets.motion.humanoid import BODIES, BODY_COUNT, BODY_MASSES_KG, BODY_NAMES, FOOT_AND_TOE_BODIES, HINGE_NAMES, HINGES, Body
+from datasets.motion.humanoid import (
+    BODIES,
+    BODY_COUNT,
+    BODY_MASSES_KG,
+    BODY_NAMES,
+    FOOT_AND_TOE_BODIES,
+    HINGE_NAMES,
+    HINGES,
+    Body,
+    split_side,
+)
 
 # Every number of the ground was chosen by `python -m eval.benchmark contact` (docs/contact.md).
 # The thesis's 1/120 s (Table 4.3) is for PhysX's rigid contacts. MuJoCo's are springs on the mass behind them: under a stiff motor a
@@ -66,15 +76,9 @@ _MOTORS = {
 }
 
 
-def _split_name(body_name: str) -> tuple[str, str]:
-    """Return the name without its side, and the side: "l", "r" or, for the middle bodies, none."""
-    name, _, side = body_name.rpartition("_")
-    return (name, side) if side in ("l", "r") else (body_name, "")
-
-
 def motor_parameters(body_name: str) -> MotorParameters:
     """Return the motor parameters of a body that has hinges, the same left and right."""
-    return _MOTORS[_split_name(body_name)[0]]
+    return _MOTORS[split_side(body_name)[0]]
 
 
 _SURFACE = {"friction": FRICTION, "solref": [CONTACT_TIME_CONSTANT_S, 1.0]}  # of the floor and of every body
@@ -117,6 +121,13 @@ def use_exact_solver(model: mujoco.MjModel) -> None:
     model.opt.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE  # few contacts, each on one leg
 
 
+def build_exact_model() -> mujoco.MjModel:
+    """Return the model of ``build_model`` with ``use_exact_solver``: its contact forces need no step before."""
+    model = build_model()
+    use_exact_solver(model)
+    return model
+
+
 def build_overlap_model() -> mujoco.MjModel:
     """Return the model in which all shapes but neighbours collide, to find overlaps of posed bodies."""
     spec = _bare_spec()
@@ -128,7 +139,7 @@ def build_overlap_model() -> mujoco.MjModel:
 def _add_sole_edges(spec: mujoco.MjSpec) -> None:
     """Add the edges on which feet stand, invisible and without mass: heel and ball are the foot's, the tip is the toes'."""
     for name in SOLE_EDGES:
-        edge, side = _split_name(name)
+        edge, side = split_side(name)
         body = f"{'toe' if edge == 'tip' else 'foot'}_{side}"
         corners = np.array(BODIES[BODY_NAMES.index(body)].shape.points)
         low, high = corners.min(axis=0) + EDGE_RADIUS_M, corners.max(axis=0) - EDGE_RADIUS_M
@@ -141,7 +152,7 @@ def _add_sole_edges(spec: mujoco.MjSpec) -> None:
 
 def _can_meet(first: str, second: str) -> bool:
     """Return whether two bodies' shapes collide in the simulation, neighbours aside."""
-    (one, side), (two, other_side) = _split_name(first), _split_name(second)
+    (one, side), (two, other_side) = split_side(first), split_side(second)
     opposite = side != other_side and "" not in (side, other_side)
     if (one in _LEG and two in _LEG) or (one in _ARM and two in _ARM):
         return opposite

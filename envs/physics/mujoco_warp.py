@@ -11,7 +11,7 @@ from configs.errors import InputError
 from datasets.motion.body_state import BodyState
 from datasets.motion.humanoid import BODY_COUNT
 from envs.physics.engine_interface import CONTROL_STEP_S, engine_steps
-from envs.physics.humanoid_mjcf import build_model, use_exact_solver
+from envs.physics.humanoid_mjcf import build_exact_model
 from envs.physics.mujoco_cpu import MAX_DOF_SPEED
 
 MAX_CONTACTS_PER_WORLD = 64  # on average over all worlds, which share the memory; under a random policy worlds have 12
@@ -43,8 +43,7 @@ class WarpPhysics:
         self._overflow_flags = int(
             kinds.NEFC | kinds.NJMAX_NNZ | kinds.BROADPHASE | kinds.NARROWPHASE | kinds.CCD
         )  # contacts that did not fit
-        self.model = build_model()
-        use_exact_solver(self.model)
+        self.model = build_exact_model()
         self.model.opt.disableflags &= ~int(_DISABLE.mjDSBL_AUTORESET)  # unknown to warp, which never resets by itself
         self.model.opt.disableflags |= int(
             _DISABLE.mjDSBL_NATIVECCD

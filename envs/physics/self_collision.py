@@ -7,7 +7,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import BODY_NAMES, HINGES, hinge_angles, rotations_from_hinges
+from datasets.motion.humanoid import BODY_NAMES, HINGES, hinge_angles, rotations_from_hinges, split_side
 from envs.physics.humanoid_mjcf import build_overlap_model
 
 # Compliance of hinges: that of arms is higher than that of legs, which stand; back, collars, head and feet keep their angles.
@@ -58,9 +58,7 @@ class _Body:
     def __init__(self) -> None:
         self._model = build_overlap_model()
         self._data = mujoco.MjData(self._model)
-        self._compliance = np.array(
-            [JOINT_COMPLIANCE.get(BODY_NAMES[body].removesuffix("_l").removesuffix("_r"), 0.0) for body, _ in HINGES]
-        )
+        self._compliance = np.array([JOINT_COMPLIANCE.get(split_side(BODY_NAMES[body])[0], 0.0) for body, _ in HINGES])
         self._jacobians = np.zeros((2, 3, self._model.nv))
 
     def corrections(self, poses: np.ndarray, decay: float) -> np.ndarray:

@@ -96,23 +96,20 @@ def measure_clean(
         _search(simulator, repaired)
         return clip.seconds
 
+    def of_quality(quality: str) -> CleaningPipeline:
+        return replace(cleaner, simulator=replace(simulator, search=QUALITIES[quality]))
+
     plural = f"{simulator.threads} thread{'s' * (simulator.threads > 1)}"
     cases = [
         BenchmarkCase(OURS, f"ours, {plural}: BVH to BVH, of {clip.seconds:g} s; 1 is real time", cleaning(cleaner), limit=LIMIT),
         BenchmarkCase(SEARCH, f"the {simulator.search.num_samples} humanoids with policy, observation and choice", search, limit=LIMIT),
         _bare(simulator, repaired),
-        *(BenchmarkCase(f"quality {quality}", f"--quality {quality}", cleaning(_of_quality(cleaner, quality))) for quality in (FAST, BEST)),
+        *(BenchmarkCase(f"quality {quality}", f"--quality {quality}", cleaning(of_quality(quality))) for quality in (FAST, BEST)),
         BenchmarkCase(NO_PHYSICS, "the same cleaning without the simulation", cleaning(cleaner.without([PHYSICS]))),
     ]
     with torch_threads(simulator.threads):
         rates = interleave(cases, rounds, after_round)
     return BenchmarkResult("clean", "seconds of clip/s", cases, rates, OURS)
-
-
-def _of_quality(cleaner: CleaningPipeline, quality: str) -> CleaningPipeline:
-    """Return the pipeline with a search of another quality."""
-    assert cleaner.simulator is not None
-    return replace(cleaner, simulator=replace(cleaner.simulator, search=QUALITIES[quality]))
 
 
 def _search(simulator: Simulator, clip: BodyMotion, physics: RecordingPhysics | None = None) -> None:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from datasets.motion.humanoid import BODIES, BODY_NAMES, body_in_words
+from datasets.motion.humanoid import BODIES, BODY_NAMES, body_in_words, split_side
 
 MIN_MISALIGNMENT_DEG = 4.0  # deg; less is within what people see of an optical recording
 MIN_SIGNIFICANCE = 2.0  # standard deviations; what is less sure is corrected as far as it is likely, but not told
@@ -69,6 +69,6 @@ def misalignment_notice(misalignments: tuple[Misalignment, ...]) -> str:
 
 def _describe(name: str, axis: int, turn: float) -> str:
     """Return a segment and the direction of its turn about an axis, such as "left foot toed in"."""
-    part, _, side = name.rpartition("_")
+    part, side = split_side(name)
     words, sign = _WORDS.get(part, _TRUNK), turn * _MIRRORED_AXES[axis] if side == "r" else turn
     return f"{body_in_words(name)} {words[axis][int(sign < 0)]}"

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from datasets.cleanup.foot_contacts import debounce_labels, true_spans
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_NAMES, body_in_words
 from eval.metrics.artefact_tracks import distances_local
@@ -49,7 +50,8 @@ def find_moved_spans(recorded: BodyMotion, after_stage: Mapping[str, BodyMotion]
     moved = distances_local(clips[-1], recorded)  # (T, 20)
     by_stage = np.stack([distances_local(after, before) for before, after in pairwise(clips)])
     spans = []
-    for start, stop in _spans(moved.max(axis=1) > MAX_SILENT_DISTANCE_M, round(MERGED_GAP_S * recorded.fps)):
+    far = debounce_labels(moved.max(axis=1) > MAX_SILENT_DISTANCE_M, shortest=0, gap=round(MERGED_GAP_S * recorded.fps) + 1)
+    for start, stop in true_spans(far).tolist():
         frame, body = np.unravel_index(moved[start:stop].argmax(), (stop - start, moved.shape[1]))
         frame += start
         stage = list(after_stage)[by_stage[:, frame, body].argmax()]
@@ -64,15 +66,3 @@ def moved_notice(spans: tuple[MovedSpan, ...]) -> str:
     more = len(spans) - len(told)
     listed = f"{', '.join(map(str, told))}{f', and {more} more spans' if more else ''}"
     return f"Moved by more than {1e3 * MAX_SILENT_DISTANCE_M:.0f} mm: {listed}."
-
-
-def _spans(where: np.ndarray, max_gap: int) -> list[tuple[int, int]]:
-    """Return the first frame and the frame after the last of each run of true values, runs with small gaps between them as one."""
-    edges = np.flatnonzero(np.diff(np.concat([[False], where, [False]]).astype(int))).reshape(-1, 2)
-    merged: list[tuple[int, int]] = []
-    for start, stop in edges.tolist():
-        if merged and start - merged[-1][1] <= max_gap:
-            merged[-1] = (merged[-1][0], stop)
-        else:
-            merged.append((start, stop))
-    return merged

@@ -35,7 +35,7 @@ COM_ERROR_WEIGHT, COM_SPEED_ERROR_WEIGHT, HEAD_ERROR_WEIGHT, POSE_ERROR_WEIGHT =
 
 @dataclass(frozen=True)
 class SearchSettings:
-    """Settings of the search; the defaults are those that ``eval.study search`` found best.
+    """Settings of the search; what the defaults were chosen by stands in docs/cleaning.md.
 
     Attributes:
         num_samples: Number of simulated worlds.
@@ -76,7 +76,7 @@ class Simulator:
     policy: Policy
     spec: MimicSpec
     threads: int
-    search: SearchSettings = SearchSettings()
+    search: SearchSettings
 
 
 class Segment(NamedTuple):

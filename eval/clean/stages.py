@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from datasets.cleanup.foot_contacts import detect_foot_contacts
+from datasets.cleanup.foot_contacts import detect_foot_contacts, true_spans
 from datasets.cleanup.ground_levelling import level_to_ground
 from datasets.cleanup.off_feet_spans import OffFeetSpan
 from datasets.cleanup.plant_feet import plant_feet
@@ -58,9 +58,8 @@ def simulate_grounded_spans(
         progress(num_done / len(clip))
 
     excluded = frame_mask(off_feet, len(clip))
-    edges = np.flatnonzero(np.diff(np.concat([[True], excluded, [True]]).astype(int)))
     simulated = without_simulation(clip)
-    for start, stop in edges.reshape(-1, 2):
+    for start, stop in true_spans(~excluded):
         if simulator is not None and stop - start >= MIN_SIMULATED_FRAMES:
             part = simulate_clip(simulator, clip.cut(start, stop), (start > 0, stop < len(clip)), after_frames)
             simulated = _splice(simulated, part, start, stop)

@@ -4,7 +4,7 @@ from functools import cache
 
 import mujoco
 
-from envs.physics.humanoid_mjcf import build_model, build_overlap_model, use_exact_solver
+from envs.physics.humanoid_mjcf import build_exact_model, build_overlap_model
 
 
 @cache
@@ -16,6 +16,4 @@ def overlap_model() -> mujoco.MjModel:
 @cache
 def exact_contact_model() -> mujoco.MjModel:
     """Return the simulated humanoid with exact contact forces, which need no step before."""
-    model = build_model()
-    use_exact_solver(model)
-    return model
+    return build_exact_model()
