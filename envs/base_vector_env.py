@@ -19,6 +19,7 @@ from envs.mimic.root_assist import root_assist_wrench
 from envs.mimic.spec import MimicSpec
 from envs.mimic.start_sampling import StartSampler
 from envs.mimic.step_outcome import StepOutcome, evaluate_step
+from envs.mimic.virtual_model import virtual_model_angles
 from envs.physics.engine_interface import FRAMES_PER_STEP
 from envs.physics.inverse_dynamics import with_feed_forward
 from envs.world_state import WorldState
@@ -122,7 +123,10 @@ class MimicVectorEnvBase(VectorEnv):
         reference = self.library.at(row)
         angles = self.library.feed_forward if self.task.feed_forward else None
         feed_forward = None if angles is None else angles[row]
-        failed = self.physics.step(self._actuation.pd_targets(reference.observed, action, feed_forward)) | invalid
+        targets = self._actuation.pd_targets(reference.observed, action, feed_forward)
+        if self.task.virtual_model:
+            targets = targets + virtual_model_angles(self.physics.bodies(), self.library.at(before.row).observed)
+        failed = self.physics.step(targets) | invalid
         self.physics_failures += failed.sum()
         agent = self.physics.bodies()
         at_end = row + FRAMES_PER_STEP > before.last_row

@@ -22,24 +22,24 @@ def root_assist_wrench(agent: BodyState, observed: Observed, max_force_bw: float
         max_force_bw: Largest force [body weights].
     """
     force = TOTAL_MASS_KG * (POSITION_GAIN * (observed.com - agent.com) + VELOCITY_GAIN * (observed.com_vel - agent.com_vel))
-    (spine, ang_vel), (target_spine, target_ang_vel) = _spine(agent), _spine(observed)
+    (spine, ang_vel), (target_spine, target_ang_vel) = spine_direction(agent), spine_direction(observed)
     torque = ORIENTATION_GAIN * cross(spine, target_spine) + ANGULAR_VELOCITY_GAIN * (target_ang_vel - ang_vel)
     max_force = max_force_bw * BODY_WEIGHT_N
-    return array_namespace(force).concat([_limit_length(force, max_force), _limit_length(torque, max_force * MAX_TORQUE_ARM_M)], axis=1)
+    return array_namespace(force).concat([limit_length(force, max_force), limit_length(torque, max_force * MAX_TORQUE_ARM_M)], axis=1)
 
 
-def _spine(bodies: BodyState | Observed) -> tuple[Array, Array]:
+def spine_direction(bodies: BodyState | Observed) -> tuple[Array, Array]:
     """Return the direction from pelvis to head (N, 3), and its angular velocity (N, 3) [rad/s]."""
     spine, speed = bodies.pos[:, HEAD_BODY] - bodies.pos[:, 0], bodies.lin_vel[:, HEAD_BODY] - bodies.lin_vel[:, 0]
     length = _length(spine)
     return spine / length, cross(spine, speed) / length**2
 
 
-def _limit_length(vectors: Array, limit: float) -> Array:
-    """Return vectors (N, 3) scaled down to a largest length."""
+def limit_length(vectors: Array, limit: float) -> Array:
+    """Return vectors (..., 3) scaled down to a largest length."""
     return vectors * (limit / _length(vectors).clip(1e-9)).clip(0.0, 1.0)
 
 
 def _length(vectors: Array) -> Array:
-    """Return the lengths (N, 1) of vectors (N, 3)."""
-    return array_namespace(vectors).linalg.vector_norm(vectors, axis=1, keepdims=True)
+    """Return the lengths (..., 1) of vectors (..., 3)."""
+    return array_namespace(vectors).linalg.vector_norm(vectors, axis=-1, keepdims=True)

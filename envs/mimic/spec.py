@@ -38,6 +38,7 @@ class MimicSpec:
         action_scale: Residual angle [rad] of an action of one.
         smoothing: Weight of the newest action, beta of eq. 4.5.
         feed_forward: Whether the torques that carry the reference are fed forward to the motors (``envs.physics.inverse_dynamics``).
+        virtual_model: Whether the legs' motors exert the virtual forces of ``envs.mimic.virtual_model`` as well.
         foot_slip: Weight of the foot slip penalty [s/m] (``envs.mimic.penalties``).
         action_rate: Weight of the mean squared change of the smoothed actions in a step.
     """
@@ -50,6 +51,7 @@ class MimicSpec:
     action_scale: float = 1.0
     smoothing: float = 0.2
     feed_forward: bool = False
+    virtual_model: bool = False
     foot_slip: float = 0.0
     action_rate: float = 0.0
 
