@@ -50,8 +50,8 @@ class Listener(TorchDispatchMode):
 @DEVICES
 @pytest.mark.parametrize("configuration", ["adapt", "drecon"])
 def test_a_step_never_waits_for_the_device(library: MotionLibrary, device: torch.device, configuration: str) -> None:
-    everything = {"com_error": True, "com_height": True, "preview": (1, 3), "feed_forward": True, "foot_slip": 0.1, "action_rate": 0.1}
-    env = env_of(library, device, configuration=configuration, frame="heading", **everything)
+    additions = {"com_error": True, "com_height": True, "preview": (1, 3), "feed_forward": True, "virtual_model": True}
+    env = env_of(library, device, configuration=configuration, frame="heading", foot_slip=0.1, action_rate=0.1, **additions)
     env.reset(seed=0)
     env.assist_force_bw = 0.2
     taken = actions(env, 0, 3)
