@@ -18,9 +18,11 @@ from datasets.retarget.joint_mapping import JointMapping
 from datasets.retarget.performer_clip import performer_clip_from_bvh
 from datasets.retarget.retarget import retarget, retarget_with
 from datasets.retarget.transfer_back import to_performer_bvh, transfer_back
+from envs.physics.self_collision import find_overlaps
 from eval.clean.believed_root import locate_root
 from eval.clean.misalignments import misalignment_notice
 from eval.clean.moved_joints import find_moved_spans, moved_notice
+from eval.clean.remaining_overlaps import overlap_notice
 from eval.clean.restored_poses import RestoredPoses, restore_clip
 from eval.clean.result import CleaningResult
 from eval.clean.samcon import GOOD, QUALITIES, SearchSettings, Simulator
@@ -103,7 +105,9 @@ class CleaningPipeline:
             "holding feet": cleaned,
         }
         moved = find_moved_spans(recorded, after_stage)
-        notices = (*_pose_notices(poses), *_root_notices(rooted is not poses.motion, off_feet), *([moved_notice(moved)] if moved else []))
+        overlaps = find_overlaps(cleaned)
+        limbs = [*([moved_notice(moved)] if moved else []), *([overlap_notice(overlaps)] if overlaps else [])]
+        notices = (*_pose_notices(poses), *_root_notices(rooted is not poses.motion, off_feet), *limbs)
         result = CleaningResult(
             name,
             recorded,
@@ -115,6 +119,7 @@ class CleaningPipeline:
             notices,
             poses.misalignments,
             moved,
+            overlaps,
             truth,
         )
         return to_performer_bvh(bvh, performer, output), result
