@@ -36,9 +36,9 @@ def rotation_columns(channels: Channels) -> dict[str, tuple[list[int], list[list
 def find_relative_positions(offsets: np.ndarray, channels: Channels, values: np.ndarray) -> tuple[int, ...]:
     """Return the joints whose position channels are differences from OFFSET, perhaps all zero, rather than positions.
 
-    Some programs write them for every joint. As positions they would make bones of no length, so lengths of bones decide. A joint that
-    never leaves its parent's place has no position. Where most joints have larger positions, and these are nearer to zero than to OFFSET over
-    all of them, so is each joint's that is nearer to zero. The root's are always positions.
+    Some programs write them for every joint. As positions they would make bones of no length, so lengths of bones decide: where most bones'
+    positions are nearer to zero than to OFFSET, all such are differences; elsewhere only those that never leave their parent's place. The
+    root's are always positions, and one joint below it that travels decides nothing.
 
     Args:
         offsets: OFFSET of each joint [file unit], shape (J, 3).
@@ -49,15 +49,13 @@ def find_relative_positions(offsets: np.ndarray, channels: Channels, values: np.
     for joint, axis, column in position_columns(channels):
         if joint and offsets[joint, axis]:
             placed.setdefault(joint, []).append((axis, column))
-    silent, near, apart = [], {}, {}
+    silent, near = [], []
     for joint, pairs in placed.items():
-        axes, columns_ = (list(numbers) for numbers in zip(*pairs, strict=True))
-        origin, given = offsets[joint, axes], values[:, columns_]
-        far = np.linalg.norm(given, axis=-1)
-        near[joint], apart[joint] = np.median(far), np.median(np.linalg.norm(given - origin, axis=-1))
-        if far.max() <= MAX_SILENT_RATIO * np.linalg.norm(origin):
+        axes, places = (list(numbers) for numbers in zip(*pairs, strict=True))
+        origin, given = offsets[joint, axes], values[:, places]
+        lengths, bone = np.linalg.norm(given, axis=-1), np.linalg.norm(origin)
+        if lengths.max() <= MAX_SILENT_RATIO * bone:
             silent.append(joint)
-    num_bones = np.count_nonzero(offsets[1:].any(axis=1))
-    if 2 * len(placed) <= num_bones or sum(near.values()) >= sum(apart.values()):
-        return tuple(silent)
-    return tuple(joint for joint in placed if near[joint] < apart[joint])
+        if np.median(lengths) < min(bone, np.median(np.linalg.norm(given - origin, axis=-1))):
+            near.append(joint)
+    return tuple(near if 2 * len(near) > np.count_nonzero(offsets[1:].any(axis=1)) else silent)

@@ -200,7 +200,8 @@ def _open_joint(reader: Reader, tree: Tree, parent: int) -> int:
     reader.expect("{")
     if name in tree.names:
         tree.repeated_names[joint] = name
-        name = next(other for number in range(2, MAX_NODES + 2) if (other := f"{name}_{number}") not in tree.names)
+        taken = set(tree.names)
+        name = next(other for number in range(2, MAX_NODES + 2) if (other := f"{name}_{number}") not in taken)
     tree.names.append(name)
     tree.parents.append(parent)
     tree.offsets.append(None)

@@ -266,7 +266,7 @@ def check_mutants(text: bytes, folder: Path, seed: int, count: int) -> int:
             tracemalloc.reset_peak()
             before = tracemalloc.get_traced_memory()[0]
             try:
-                bvh = read_bvh(path)
+                bvh = read_bvh(path, figure=1)
             except InputError as error:
                 refused += 1
                 assert str(error).startswith(str(path))
