@@ -131,7 +131,7 @@ def _parse(reader: Reader, encoding: str, figure: int | None) -> ParsedBvh:
     if reader.decimal_comma:
         notices.append("Numbers have decimal commas: '1,5' was read as 1.5.")
     if reader.comments:
-        notices.append(f"Comment lines ({reader.comments}) are not kept in what is written.")
+        notices.append(f"Comments (in {reader.comments} lines) are not kept in what is written.")
     kept = encoding if encoding in (SHIFT_JIS, LATIN_1) and not plain else "utf-8"
     return ParsedBvh(tree, frame_time, values, kept, notices)
 

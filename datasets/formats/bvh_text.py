@@ -10,8 +10,10 @@ from configs.errors import InputError
 MAX_LINE = 2**20  # characters in a line
 MAX_LINES = 5_000_000  # in a file; eleven hours at 120 frames per second
 MAX_MAGNITUDE = 1e6  # of an offset or a channel: 1 km in millimetres, 2,777 turns
-COMMENT_MARKS = ("#", "//", ";")  # at the start of a line
 
+_COMMENT = re.compile(r"(?:^|\s)(?:#|//|;).*", re.DOTALL)
+_NAMING = re.compile(r"\s*(?:ROOT|JOINT|END)", re.IGNORECASE)  # lines in which a name may look like a comment
+_PADDING = "\0\x1a\n"  # end of text in DOS, and what a crash leaves of a file whose room was reserved
 UTF_8, SHIFT_JIS, LATIN_1 = "utf-8-sig", "cp932", "latin-1"
 _BYTE_ORDER_MARKS = {  # those of UTF-32 first: one begins with that of UTF-16
     codecs.BOM_UTF32_LE: "utf-32",
@@ -31,7 +33,7 @@ class Reader:
     Attributes:
         number: Number of the current line.
         words: Words left of it.
-        comments: Number of comment lines so far, which were left out.
+        comments: Number of lines with a comment so far, which was left out.
         decimal_comma: Whether a number had a decimal comma so far.
         notices: Lines for the user on what was guessed or mended.
     """
@@ -55,9 +57,7 @@ class Reader:
             self.number += 1
             if len(line) == MAX_LINE or self.number > MAX_LINES:
                 self.fail(f"a BVH file has one frame a line, at most {MAX_LINES} lines and fewer than {MAX_LINE} characters in each")
-            if line.lstrip().startswith(COMMENT_MARKS):
-                self.comments += 1
-                continue
+            line = self._without_comment(line.rstrip(_PADDING))
             self.words = line.replace("{", " { ").replace("}", " } ").split()
         words, self.words = self.words, []
         return words
@@ -111,6 +111,14 @@ class Reader:
         if not re.fullmatch("[0-9]{1,18}", word) or int(word) > most:
             self.fail(f"{quote(word)} is not a possible {what}; it should be a whole number up to {most}")
         return int(word)
+
+    def _without_comment(self, line: str) -> str:
+        """Return a line up to a comment, which begins with a mark at the start of the line or after a blank."""
+        if "#" not in line and "//" not in line and ";" not in line:
+            return line
+        cut = line if _NAMING.match(line) else _COMMENT.sub("", line)
+        self.comments += cut != line
+        return cut
 
     def _real_or_nan(self, word: str) -> float:
         try:

@@ -38,6 +38,8 @@ def replacing(old: str, new: str) -> Callable[[str], str]:
         replacing("Frames: 2\nFrame Time: 0.0083333", "Frame Time: 0.0083333\nFrame Rate: 120\nFrames: 2"),
         replacing("MOTION\nFrames: 2", "MOTION Frames: 2"),
         replacing("OFFSET 10 0 0", "OFFSET 10, 0, 0"),
+        lambda text: text + "\x1a\n",
+        lambda text: text + "\0" * 5000,
         replacing("1 2 3 0 0 0 3 90 450.25", "1,2,3,0,0,0,3,90,450.25"),
         replacing("1 2 3 0 0 0 3 90 450.25", "1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 3.0, 90.0, 450.25,"),
         lambda text: text.replace(" ", "\t").replace("\n", "\t\n").rstrip(),
@@ -65,8 +67,10 @@ MENDED = {
     "decimal commas everywhere": (lambda text: text.replace(".", ","), "decimal commas"),
     "End Sites with names": (replacing("End Site", "End Site Tip of it"), "'Tip of it'"),
     "End Sites in a word with names": (replacing("End Site", "EndSite Tip"), "'Tip'"),
-    "comments": (lambda text: "# made by hand\n" + text.replace("MOTION", "// and now\nMOTION") + "; end", "Comment lines (3)"),
-    "comment amid the rows": (replacing("0 0\n1 2", "0 0\n# pause\n1 2"), "Comment lines (1)"),
+    "comments": (lambda text: "# made by hand\n" + text.replace("MOTION", "// and now\nMOTION") + "; end", "Comments (in 3 lines)"),
+    "comment amid the rows": (replacing("0 0\n1 2", "0 0\n# pause\n1 2"), "Comments (in 1 lines)"),
+    "comments behind something": (replacing("\n1 2 3 0", " # T-pose\n1 2 3 0"), "Comments (in 1 lines)"),
+    "comment behind an offset": (replacing("10 0 0", "10 0 0 // in cm"), "Comments (in 1 lines)"),
     "scale channels": (
         lambda text: (
             text.replace("CHANNELS 0", "CHANNELS 3 Xscale Yscale Zscale")
@@ -88,6 +92,12 @@ def test_what_is_mended_is_told_in_one_line(tmp_path: Path, case: str) -> None:
     assert clue in found.notices[0]
     assert found.notices[0].isprintable()
     assert len(found.notices[0]) < 200
+
+
+def test_names_may_look_like_comments(tmp_path: Path) -> None:
+    bvh = read_bvh(write(tmp_path, TINY.replace("Arm", "Arm #1").replace("Hand", "Hand#2 // left")))
+    assert bvh.names == ("Hips", "Arm #1", "Hand#2 // left")
+    assert not bvh.notices
 
 
 def test_scales_of_one_are_not_worth_a_word_and_stay(tmp_path: Path) -> None:
