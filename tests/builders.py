@@ -1,11 +1,12 @@
 """Tiny clips for tests: a motion on the 20 bodies, and the same motion as BVH on skeletons of several fashions."""
 
 import warnings
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from datasets.formats.bvh import Bvh
+from datasets.formats.bvh import Bvh, write_bvh
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODIES, BODY_NAMES, HINGE_COUNT, HINGE_NAMES, SKELETON, rotations_from_hinges
 
@@ -101,6 +102,18 @@ def as_bvh(
         1.0 / motion.fps,
         np.concatenate(values, axis=1),
     )
+
+
+def write_two_figures(path: Path, one: Bvh, other: Bvh) -> None:
+    """Write a file with two ROOTs: two clips of the same number of frames side by side."""
+    texts = []
+    for bvh in (one, other):
+        write_bvh(path, bvh)
+        texts.append(path.read_text())
+    trees = [text[text.index("ROOT") : text.index("MOTION")] for text in texts]
+    lines = [text[text.index("MOTION") :].splitlines() for text in texts]
+    rows = [f"{left} {right}" for left, right in zip(lines[0][3:], lines[1][3:], strict=True)]
+    path.write_text("\n".join(["HIERARCHY", *trees, *lines[0][:3], *rows]))
 
 
 def _joint_name(body: str, names: dict[str, str]) -> str:

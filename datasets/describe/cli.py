@@ -55,12 +55,13 @@ class Description:
     fidelity: RetargetMetrics
 
 
-def describe(source: Path, mapping_file: Path | None = None) -> list[Description]:
+def describe(source: Path, mapping_file: Path | None = None, figure: int | None = None) -> list[Description]:
     """Return descriptions of the files of a source.
 
     Args:
         source: BVH or MVNX file, or a folder of them.
         mapping_file: Mapping of joints, unit and axes of all the files; what it leaves out is detected.
+        figure: Number of the figure to describe, from 1, in files with several.
 
     Returns:
         A description for each file, sorted by path.
@@ -71,7 +72,7 @@ def describe(source: Path, mapping_file: Path | None = None) -> list[Description
     mapping = read_mapping(mapping_file) if mapping_file else None
     described = []
     for path in track(find_motion_files(source), "reading", console=Console(stderr=True), transient=True):
-        retargeted = retarget(load_performer_clip(path, mapping))
+        retargeted = retarget(load_performer_clip(path, mapping, figure))
         described.append(Description(path, retargeted, measure_retarget(retargeted)))
     return described
 
@@ -160,15 +161,19 @@ def main(arguments: list[str] | None = None, prog: str = "python -m datasets.des
     parser.add_argument("path", type=Path, help="a BVH or MVNX file, or a folder of them")
     parser.add_argument("--out", type=Path, help="folder for a picture of each clip")
     parser.add_argument("--mapping", type=Path, help="YAML file that names joints, unit or up axis, such as 'thigh_l: LeftUpLeg'")
+    parser.add_argument("--figure", type=int, metavar="N", help="which figure of a file that holds several, counted from 1")
     options = parser.parse_args(arguments)
     return run_command(lambda: _run(options))
 
 
 def _run(options: argparse.Namespace) -> None:
-    described = describe(options.path, options.mapping)
+    described = describe(options.path, options.mapping, options.figure)
     if options.out:
         _draw_all(described, options.out)
     console = Console()
     if not console.is_terminal:
         console = Console(width=max(console.width, MIN_WIDTH))
     console.print(table(described))
+    for description in described:
+        for notice in description.retargeted.performer_clip.notices:
+            console.print(Text(f"{description.path.name}: {notice}"), soft_wrap=True)

@@ -34,6 +34,7 @@ class PerformerClip:
         up_axis: Axis of the file that points up.
         dropped_frames: Number of leading frames that were dropped because they jump (a T-pose).
         joints_with_positions: Joints with position channels.
+        notices: Lines for the user on what was guessed or mended in the file.
     """
 
     motion: Motion
@@ -43,14 +44,16 @@ class PerformerClip:
     up_axis: str
     dropped_frames: int
     joints_with_positions: tuple[int, ...] = (0,)
+    notices: tuple[str, ...] = ()
 
 
-def load_performer_bvh(path: str | os.PathLike[str], mapping: JointMapping | None = None) -> PerformerClip:
+def load_performer_bvh(path: str | os.PathLike[str], mapping: JointMapping | None = None, figure: int | None = None) -> PerformerClip:
     """Read a BVH file in metres and Z up.
 
     Args:
         path: BVH file.
         mapping: Known joints, unit and axes; the rest is detected.
+        figure: Number of the figure to read, from 1, in a file with several.
 
     Returns:
         Clip on its own skeleton.
@@ -59,7 +62,7 @@ def load_performer_bvh(path: str | os.PathLike[str], mapping: JointMapping | Non
         InputError: If the file is broken or holds no human.
     """
     try:
-        return performer_clip_from_bvh(read_bvh(path), Path(path).stem, mapping)
+        return performer_clip_from_bvh(read_bvh(path, figure), Path(path).stem, mapping)
     except InputError as error:
         raise error if str(path) in str(error) else InputError(f"{path}: {error}") from error
 
@@ -81,7 +84,7 @@ def performer_clip_from_bvh(bvh: Bvh, name: str, mapping: JointMapping | None = 
     local_rotations = local_rotations[dropped:, :, [0, *(1 + axis for axis in axes)]]
     motion = Motion(Skeleton(bvh.names, bvh.parents, offsets), local_positions, local_rotations, _rate(bvh.frame_time), name)
     placed = tuple(joint for joint, channels in enumerate(bvh.channels) if set(channels) >= POSITIONS)
-    return PerformerClip(motion, joint_map, unit * tips[:, axes], unit, up, dropped, placed)
+    return PerformerClip(motion, joint_map, unit * tips[:, axes], unit, up, dropped, placed, bvh.notices)
 
 
 def leg_length(positions: np.ndarray, joint_map: JointMap) -> float:

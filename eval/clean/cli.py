@@ -56,8 +56,23 @@ def pair_inputs_with_outputs(source: Path, target: Path) -> Iterator[tuple[Path,
     yield source, target
 
 
-def clean_files(source: Path, target: Path, report: Path | None, pipeline: CleaningPipeline, mapping: JointMapping | None) -> None:
+def clean_files(
+    source: Path,
+    target: Path,
+    report: Path | None,
+    pipeline: CleaningPipeline,
+    mapping: JointMapping | None,
+    figure: int | None = None,
+) -> None:
     """Clean a clip, or all clips of a folder, and print a line for each.
+
+    Args:
+        source: BVH file, or a folder of them.
+        target: File or folder to write.
+        report: Folder of the report, None for no report.
+        pipeline: Stages of the cleaning.
+        mapping: Joint names, unit and axes that the user gave.
+        figure: Number of the figure to clean, from 1, in files with several.
 
     Raises:
         InputError: If a clip cannot be cleaned; of a folder at the end, after all that can.
@@ -69,7 +84,7 @@ def clean_files(source: Path, target: Path, report: Path | None, pipeline: Clean
         begin = time.monotonic()
         try:
             with _progress(console, f"cleaning {file.name}") as progress:
-                bvh, cleaned = pipeline.clean(read_bvh(file), file.stem, mapping, progress=progress)
+                bvh, cleaned = pipeline.clean(read_bvh(file, figure), file.stem, mapping, progress=progress)
             with reporting_write_errors(out):
                 out.parent.mkdir(parents=True, exist_ok=True)
                 write_bvh(out, bvh)
@@ -121,6 +136,7 @@ def main(arguments: list[str] | None = None, prog: str = "python -m eval.clean")
     parser.add_argument("--out", type=Path, required=True, metavar="OUT", help="the clean BVH file, or the folder of them")
     parser.add_argument("--report", type=Path, metavar="DIR", help="write a page with before and after there")
     parser.add_argument("--mapping", type=Path, metavar="FILE", help="YAML that names joints, unit or up axis, as in 'thigh_l: LeftUpLeg'")
+    parser.add_argument("--figure", type=int, metavar="N", help="which figure of a file that holds several, counted from 1")
     parser.add_argument("--policy", type=Path, metavar="FILE", default=PRETRAINED_POLICY, help="another policy than the package's")
     parser.add_argument("--without", choices=STAGES, action="append", default=[], help="leave a stage out; may be given twice")
     parser.add_argument(
@@ -152,4 +168,4 @@ def _run(options: argparse.Namespace) -> None:
     mapping = read_mapping(options.mapping) if options.mapping else None
     search = replace(QUALITIES[options.quality], assist_force_bw=options.assist)
     pipeline = CleaningPipeline.load(options.threads, options.policy, search).without(options.without)
-    clean_files(options.source, options.out, options.report, pipeline, mapping)
+    clean_files(options.source, options.out, options.report, pipeline, mapping, options.figure)

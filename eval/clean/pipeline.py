@@ -106,8 +106,13 @@ class CleaningPipeline:
         }
         moved = find_moved_spans(recorded, after_stage)
         overlaps = find_overlaps(cleaned)
-        limbs = [*([moved_notice(moved)] if moved else []), *([overlap_notice(overlaps)] if overlaps else [])]
-        notices = (*_pose_notices(poses), *_root_notices(rooted is not poses.motion, off_feet), *limbs)
+        notices = (
+            *performer.notices,
+            *_pose_notices(poses),
+            *_root_notices(rooted is not poses.motion, off_feet),
+            *([moved_notice(moved)] if moved else []),
+            *([overlap_notice(overlaps)] if overlaps else []),
+        )
         result = CleaningResult(
             name,
             recorded,

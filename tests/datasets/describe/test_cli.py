@@ -6,7 +6,7 @@ import pytest
 
 from datasets.describe.cli import main
 from datasets.formats.bvh import write_bvh
-from tests.builders import as_bvh, lively
+from tests.builders import as_bvh, lively, write_two_figures
 
 
 def test_it_prints_a_table_and_draws_a_picture_of_each_clip(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -31,6 +31,28 @@ def test_a_mapping_names_joints_that_nobody_could_guess(tmp_path: Path) -> None:
     lines += [f"{body}_{side[0].lower()}: {side}{name}" for body, name in names.items() if body in sides for side in ("Left", "Right")]
     (tmp_path / "mapping.yaml").write_text("\n".join(lines))
     assert main([str(tmp_path / "in.bvh"), "--mapping", str(tmp_path / "mapping.yaml")]) == 0
+
+
+def test_what_was_mended_in_a_file_is_printed_below_the_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write_bvh(tmp_path / "in.bvh", as_bvh(lively()))
+    text = (tmp_path / "in.bvh").read_text()
+    (tmp_path / "in.bvh").write_text(text.replace("Frames: 120", "Frames: 119"))
+    assert main([str(tmp_path / "in.bvh")]) == 0
+    table, _, told = capsys.readouterr().out.partition("in.bvh: ")
+    assert "jumps: frames in which" in table
+    assert told == "'Frames:' says '119', 120 whole frames follow: all of them were read.\n"
+
+
+def test_one_figure_of_two_is_described(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write_two_figures(tmp_path / "in.bvh", as_bvh(lively()), as_bvh(lively(), without=("toe_l", "toe_r")))
+    assert main([str(tmp_path / "in.bvh")]) == 2
+    error = capsys.readouterr().err.strip().splitlines()[-1]
+    assert error.startswith(f"error: {tmp_path / 'in.bvh'}")
+    assert "2 figures" in error
+    assert "--figure" in error
+    for figure, joints in ((1, "20 joints"), (2, "18 joints")):
+        assert main([str(tmp_path / "in.bvh"), "--figure", str(figure)]) == 0
+        assert joints in capsys.readouterr().out
 
 
 def test_bad_input_is_one_line_and_exit_code_2_and_leaves_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

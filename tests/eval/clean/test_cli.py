@@ -16,7 +16,7 @@ from eval.clean import believed_root
 from eval.clean import cli as clean
 from eval.clean.pipeline import CleaningPipeline
 from eval.clean.result import CleaningResult
-from tests.builders import as_bvh, posed
+from tests.builders import as_bvh, posed, write_two_figures
 from tests.eval.clean.clean_parts import saved, shrink_search, simulator, standing
 
 FPS = 30.0
@@ -74,6 +74,33 @@ def test_a_clip_becomes_another_of_the_same_skeleton(policy: Path, tmp_path: Pat
     assert "1.5 s in " in said  # at 60 fps, as cleaned: 89 frames
     # Nothing else is left beside it.
     assert [path.name for path in (tmp_path / "new").iterdir()] == ["out.bvh"]
+
+
+def test_what_was_mended_in_the_file_is_told_first_and_the_names_stay(
+    policy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    written(tmp_path / "in.bvh")
+    text = (tmp_path / "in.bvh").read_text().replace("Frames: 45", "Frames: 44").replace("JOINT Spine1", "JOINT Spine")
+    (tmp_path / "in.bvh").write_text(text)
+    end = ["--policy", policy, "--without", "physics", "--without", "restore"]
+    assert run(tmp_path / "in.bvh", "--out", tmp_path / "out.bvh", *end) == 0
+    told = [line.strip() for line in capsys.readouterr().out.splitlines()]
+    assert told[1].startswith("Joint names stand twice: 'Spine' under 'Spine' ")
+    assert told[2] == "'Frames:' says '44', 45 whole frames follow: all of them were read."
+    cleaned = (tmp_path / "out.bvh").read_text()
+    assert cleaned.count("JOINT Spine\n") == 2
+    assert "Frames: 45\n" in cleaned
+
+
+def test_one_figure_of_two_is_cleaned(policy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    other = as_bvh(standing(45, FPS), without=("toe_l", "toe_r"))
+    write_two_figures(tmp_path / "in.bvh", as_bvh(standing(45, FPS)), other)
+    end = ["--policy", policy, "--without", "physics", "--without", "restore"]
+    assert "2 figures" in refused(capsys, tmp_path / "in.bvh", "--out", tmp_path / "out.bvh", *end)
+    assert not (tmp_path / "out.bvh").exists()
+    assert run(tmp_path / "in.bvh", "--out", tmp_path / "out.bvh", "--figure", 2, *end) == 0
+    same_skeleton(other, read_bvh(tmp_path / "out.bvh"))
+    assert "Figure 2 of 2" in capsys.readouterr().out
 
 
 def test_the_same_clip_is_cleaned_in_the_same_way(policy: Path, tmp_path: Path) -> None:
