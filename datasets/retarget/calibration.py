@@ -31,6 +31,10 @@ REST_BONE_DIRECTIONS = {
     "upper_arm_l": (0, 1.0, 0),
     "upper_arm_r": (0, -1.0, 0),
 }  # from the body to the next one at rest
+TORSO_PARENTS = {"spine": "pelvis", "chest": "spine", "head": "chest", "collar_l": "chest", "collar_r": "chest"}
+MAX_MEAN_BEND = np.radians(60.0)  # rad, of a spine's joint on average in upright frames, without its twist
+MAX_COLLAR_ERROR = np.radians(3.0)  # rad, of a collar bone at rest from where it is in the motion, up to which no more is asked
+MIN_COLLAR_GAIN = np.radians(3.0)  # rad, by which such a bone is to be more sideways at rest than in the motion
 UPRIGHT_SHARE = 0.3  # of the frames, the most upright ones, which replace a rest pose
 PRIOR_WEIGHT = 0.02  # of the rest pose's bend axis; a steady bend of 8 degrees has the same weight
 STANCE_SPEED = 0.25  # m/s, below which a foot stands
@@ -93,6 +97,7 @@ def calibrate_performer(performer_clip: PerformerClip, world: WorldPoses, foot_t
     frames = {body: _mean_relative(reference.rotations[body], forward) for body in TORSO if body in reference.rotations}
     if not rest_is_human:
         frames = {body: _snap(frame) for body, frame in frames.items()}
+    frames = _without_bent_rest(frames, world)
     axes = {body: _bend_axis(body, world, reference, forward) for body in LIMB_HINGES}
     stands = np.stack([_stance(side, world, foot_tips[f"foot_{side}"], performer_clip.motion.fps) for side in "lr"], axis=-1)
     for side, standing in zip("lr", stands.T, strict=True):
@@ -172,6 +177,52 @@ def _snap(rotation: np.ndarray) -> np.ndarray:
     matrix = Rotation.from_quat(rotation, scalar_first=True).as_matrix()
     nearest = _CUBE[np.argmax(np.einsum("nij,ij->n", _CUBE, matrix))]
     return Rotation.from_matrix(nearest).as_quat(scalar_first=True)
+
+
+def _without_bent_rest(frames: dict[str, np.ndarray], world: WorldPoses) -> dict[str, np.ndarray]:
+    """Return the frames of the torso with those replaced that come from a rest pose in which a joint is bent as nobody's is.
+
+    On average over the upright frames a spine is nearly straight, and collar bones point sideways. A file whose rest pose has them
+    forward, up or down turns them back in every frame; what the joints do in the motion is then the better rest.
+
+    Args:
+        frames: Body -> rotation from the body's frame to its joint's, for the torso.
+        world: Poses of the joints in the world.
+    """
+    frames, upright = dict(frames), _upright_frames(world)
+    for body, parent in TORSO_PARENTS.items():
+        while parent not in frames:
+            parent = TORSO_PARENTS[parent]
+        if body not in frames:
+            continue
+        over = multiply(upright.rotations[parent], np.broadcast_to(frames[parent], upright.rotations[parent].shape))
+        usual = _mean_relative(upright.rotations[body], over)
+        if body.startswith("collar"):
+            bent = _is_collar_bent(body, frames[body], over, upright)
+        else:
+            z = np.array([0.0, 0.0, 1.0])
+            bent = bool(rotate(multiply(conjugate(frames[body]), usual), z) @ z < np.cos(MAX_MEAN_BEND))
+        if bent:
+            frames[body] = usual
+    return frames
+
+
+def _is_collar_bent(collar: str, frame: np.ndarray, chest: np.ndarray, upright: WorldPoses) -> bool:
+    """Return whether a collar bone is neither at rest where it is in the motion, nor clearly more sideways there.
+
+    Args:
+        collar: Name of the collar.
+        frame: Rotation from its frame to its joint's, shape (4,).
+        chest: Rotations of the chest's body in the world, shape (T, 4).
+        upright: Poses of the joints in the same upright frames.
+    """
+    arm = f"upper_arm_{collar[-1]}"
+    bone = unit_vector(upright.positions[arm] - upright.positions[collar])
+    own = multiply(upright.rotations[collar], np.broadcast_to(frame, chest.shape))
+    rest, moving = (unit_vector(rotate(conjugate(q), bone).mean(axis=0)) for q in (own, chest))
+    sideways = np.array(REST_BONE_DIRECTIONS[arm])
+    error, rest_off, moving_off = (np.arccos(np.clip(a @ b, -1.0, 1.0)) for a, b in ((rest, moving), (rest, sideways), (moving, sideways)))
+    return bool(error > MAX_COLLAR_ERROR and moving_off - rest_off < MIN_COLLAR_GAIN)
 
 
 def _bend_axis(body: str, world: WorldPoses, reference: WorldPoses, forward: np.ndarray) -> np.ndarray:

@@ -29,6 +29,7 @@ class CleaningResult:
         misalignments: Segments whose sensors were clearly misaligned, the largest first; corrected.
         moved: Spans in which a joint was moved far, in the order of time.
         truth: Clean clip behind a simulated suit, where it is known.
+        read_as: Line that says what the recording was taken for.
     """
 
     name: str
@@ -42,6 +43,7 @@ class CleaningResult:
     misalignments: tuple[Misalignment, ...] = ()
     moved: tuple[MovedSpan, ...] = ()
     truth: BodyMotion | None = None
+    read_as: str = ""
 
     @property
     def simulated(self) -> np.ndarray:
