@@ -18,12 +18,12 @@ AXES: dict[str, np.ndarray] = {
 BY_MOTION, BY_REST_POSE, BY_HABIT = "the motion", "the rest pose", "what is usual"
 LEFT_TO_RIGHT = np.diag([1.0, -1.0, 1.0])
 STANDING_HEIGHT = 1.0  # leg lengths from the feet to the head on average, along the axis of somebody who stands
-LEANING_HEIGHT = 0.4  # the same along y, the usual axis, from which on no other one is looked for
+LEANING_HEIGHT = 0.4  # the same along y, the usual axis, from which on no other one is taken against the rest pose
 MAX_REST_LEAN = 0.5  # leg lengths from the feet to the head along the other axes, at a rest pose that shows the up axis
 FALL_SPAN_S = 0.08  # s, half of the time over which a fall's acceleration is measured
 FALL_TOLERANCE_M_S2 = 2.0  # m/s^2, from free fall
 MIN_FALL_S = 0.15  # s, of falling that show the up axis; in 109 real clips half a second along up, and 0.02 s along any horizontal axis
-FLOOR_DIFFERENCE = 0.1  # leg lengths by which one floor is to be better than another
+FLOOR_DIFFERENCE = 0.1  # leg lengths by which one floor is to be better than another, steadier or nearer to zero
 
 
 def file_axes(up_axis: str, mirrored: bool) -> np.ndarray:
@@ -52,7 +52,8 @@ def find_up_axis(positions: np.ndarray, rest: np.ndarray, roles: JointMap, leg: 
     """Return the axis of the file that points up, and what showed it: ``BY_MOTION``, ``BY_REST_POSE`` or ``BY_HABIT``.
 
     The motion shows it by the head above the feet. Where the rest pose says otherwise, as of somebody who lies or stands on their
-    hands, falls decide, then the floor: the lowest joint keeps its height, near zero. Where motion cannot tell, the rest pose does.
+    hands, falls decide, then the floor: the lowest joint keeps its height, and if that does not tell, it is near zero. Where motion
+    cannot tell, the rest pose does.
 
     Args:
         positions: Positions of the joints [file unit], shape (T, J, 3).
@@ -62,17 +63,18 @@ def find_up_axis(positions: np.ndarray, rest: np.ndarray, roles: JointMap, leg: 
         fps: Frame rate [1/s].
     """
     height, at_rest = (_feet_to_head(at, roles) / leg for at in (positions, rest[None]))
-    by_motion = "y" if height[1] > LEANING_HEIGHT else nearest_axis(height) if np.abs(height).max() >= STANDING_HEIGHT else None
     lean = np.sort(np.abs(at_rest))
     by_rest = nearest_axis(at_rest) if lean[2] >= STANDING_HEIGHT and lean[1] <= MAX_REST_LEAN else None
+    standing = nearest_axis(height) if np.abs(height).max() >= STANDING_HEIGHT else None
+    by_motion = "y" if height[1] > LEANING_HEIGHT and (standing != by_rest or not by_rest) else standing
     if by_motion and by_rest in (None, by_motion):
         return by_motion, BY_MOTION
     fallen = _fall_axis(positions[:, list(roles.values())].mean(axis=1) * (LEG_LENGTH / leg), fps)
     if fallen in AXES:
         return fallen, BY_MOTION
     if by_motion and by_rest:
-        told, rested = (_floor_error(positions, up) / leg for up in (by_motion, by_rest))
-        if told < rested - FLOOR_DIFFERENCE:
+        gains = (_floor_errors(positions, by_rest) - _floor_errors(positions, by_motion)) / leg
+        if gains[np.argmax(np.abs(gains) > FLOOR_DIFFERENCE)] > FLOOR_DIFFERENCE:
             return by_motion, BY_MOTION
     return (by_rest, BY_REST_POSE) if by_rest else ("y", BY_HABIT)
 
@@ -94,7 +96,7 @@ def _fall_axis(centre: np.ndarray, fps: float) -> str | None:
     return first if seconds[first] >= max(MIN_FALL_S, 2.0 * seconds[second]) else None
 
 
-def _floor_error(positions: np.ndarray, up: str) -> float:
-    """Return how far the lowest joint is from a floor at zero, if ``up`` points up: spread and distance [unit of the positions]."""
+def _floor_errors(positions: np.ndarray, up: str) -> np.ndarray:
+    """Return how much the lowest joint's height varies, if ``up`` points up, and how far it is from zero (2,) [unit of the positions]."""
     lowest = (positions @ AXES[up][2]).min(axis=-1)
-    return float(np.std(lowest) + abs(np.median(lowest)))
+    return np.array([np.std(lowest), abs(np.median(lowest))])

@@ -18,7 +18,7 @@ from datasets.retarget.retarget import Retargeted, foot_tip
 MOST_OF_A_TAKE = 2 / 3  # of the frames
 MAX_LYING_SLOPE = 0.5  # height over length of a trunk that lies: 30 degrees
 MIN_KNEE_EVIDENCE = 0.15  # mean sine of a knee's bend; 0.64 the median of real clips, and -0.12 the lowest, of a suit whose pelvis turned
-MIN_TOE_EVIDENCE = 0.3  # mean cosine between the feet and where the hips face; 0.68 and -0.14
+MIN_TOE_EVIDENCE = 0.3  # mean cosine between the feet and the front of their shins; 0.90, at least 0.42, and -0.14
 MIN_WALK_EVIDENCE = 0.3  # leg lengths a second, where a foot has no toe
 COMMON_RATES = (24.0, 30.0, 60.0, 120.0, 240.0)  # 1/s
 MIN_RATE, MAX_RATE = 10.0, 500.0  # 1/s, of capture systems
@@ -90,7 +90,7 @@ def _mirrored(clip: PerformerClip, at: dict[str, np.ndarray], rotations: np.ndar
         tip = foot_tip(clip, f"foot_{side}")
         if tip.any():
             foot = rotate(rotations[:, clip.joint_map[f"foot_{side}"]], np.broadcast_to(unit_vector(tip), ahead.shape))
-            toes.append(np.mean(np.sum(foot * ahead, axis=-1)))
+            toes.append(np.mean(np.sum(foot * cross(left, -shin), axis=-1)))
     way = np.sum(np.gradient(at["pelvis"], axis=0) * ahead, axis=-1).mean() * clip.motion.fps if len(ahead) > 1 else 0.0
     against = np.mean(toes) < -MIN_TOE_EVIDENCE if toes else way < -MIN_WALK_EVIDENCE
     if np.mean(knees) > -MIN_KNEE_EVIDENCE or not against:
@@ -126,15 +126,20 @@ def _proportions(joint_map: JointMap, names: tuple[str, ...], at: dict[str, np.n
 
 def _rate(at: dict[str, np.ndarray], fps: float) -> str | None:
     ends = np.stack([at[body] - at["pelvis"] for body in ("foot_l", "foot_r", "hand_l", "hand_r")], axis=1)
-    span = max(1, min(round(SPEED_SPAN_S * fps), (len(ends) - 1) // 8))
-    if len(ends) <= span:
+    if len(ends) < 2:
         return None
-    speed = float(np.percentile(np.linalg.norm(ends[span:] - ends[:-span], axis=-1), 95)) * fps / span
+    speed = _limb_speed(ends, fps)
     if speed <= MAX_LIMB_SPEED and MIN_RATE <= fps <= MAX_RATE:
         return None
-    likely = min(COMMON_RATES, key=lambda rate: abs(np.log(rate / fps * max(speed, 1e-6) / USUAL_LIMB_SPEED)))
+    likely = min(COMMON_RATES, key=lambda rate: abs(np.log(max(_limb_speed(ends, rate), 1e-6) / USUAL_LIMB_SPEED)))
     if speed > MAX_LIMB_SPEED:
         odd = f"At {fps:g} fps hands and feet would move at {speed:.0f} leg lengths a second, as nobody's do"
     else:
         odd = f"{fps:g} fps are no capture system's rate"
     return f"{odd}; {likely:g} fps are likely: --fps {likely:g}."
+
+
+def _limb_speed(ends: np.ndarray, fps: float) -> float:
+    """Return the 95th percentile of the speed of hands and feet (T, 4, 3) [leg lengths], if ``fps`` is the frame rate."""
+    span = max(1, min(round(SPEED_SPAN_S * fps), (len(ends) - 1) // 8))
+    return float(np.percentile(np.linalg.norm(ends[span:] - ends[:-span], axis=-1), 95)) * fps / span
