@@ -60,7 +60,7 @@ def read_imu_recording(path: str | os.PathLike[str], mapping: JointMapping | Non
     return ImuRecording(motion, fill_accelerations(motion, known), tuple(BODY_NAMES[body] for body in SENSOR_BODIES if body in known))
 
 
-def load_performer_clip(path: Path, mapping: JointMapping | None = None, figure: int | None = None) -> PerformerClip:
+def load_performer_clip(path: Path, mapping: JointMapping | None = None) -> PerformerClip:
     """Return the clip of a BVH or MVNX file on its own skeleton; arguments and errors are those of ``load_performer_bvh``.
 
     An MVNX file holds one figure, whichever is asked for.
@@ -68,7 +68,7 @@ def load_performer_clip(path: Path, mapping: JointMapping | None = None, figure:
     return (
         performer_clip_from_mvnx(read_mvnx(path), path.stem, mapping)
         if path.suffix.lower() == ".mvnx"
-        else load_performer_bvh(path, mapping, figure)
+        else load_performer_bvh(path, mapping)
     )
 
 

@@ -27,6 +27,7 @@ def collect_report_data(cleaned: CleaningResult) -> dict[str, Any]:
     }
     return {
         "name": cleaned.name,
+        "read_as": cleaned.read_as,
         "frames": len(cleaned.before),
         "fps": fps,
         "seconds": cleaned.before.seconds,

@@ -31,6 +31,7 @@ class CleaningResult:
         moved: Spans in which a joint was moved far, in the order of time.
         overlaps: Spans in which bodies still pass through each other, the deepest first.
         truth: Clean clip behind a simulated suit, where it is known.
+        read_as: Line that says what the recording was taken for.
     """
 
     name: str
@@ -45,6 +46,7 @@ class CleaningResult:
     moved: tuple[MovedSpan, ...] = ()
     overlaps: tuple[Overlap, ...] = ()
     truth: BodyMotion | None = None
+    read_as: str = ""
 
     @property
     def simulated(self) -> np.ndarray:
