@@ -72,7 +72,7 @@ def test_what_looks_wrong_is_told_under_the_table_and_options_mend_it(tmp_path: 
     write_bvh(tmp_path / "in.bvh", mirrored)
     assert main([str(tmp_path / "in.bvh")]) == 0
     told = " ".join(capsys.readouterr().out.split())
-    assert "in: Knees bend forward and toes point backward, as if left were right" in told
+    assert "in.bvh: Knees bend forward and toes point backward, as if left were right" in told
     assert main([str(tmp_path / "in.bvh"), "--mirror", "--fps", "50", "--unit", "0.02", "--up", "y"]) == 0
     mended = " ".join(capsys.readouterr().out.split())
     assert "Knees" not in mended

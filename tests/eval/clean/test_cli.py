@@ -77,17 +77,16 @@ def test_a_clip_becomes_another_of_the_same_skeleton(policy: Path, tmp_path: Pat
     assert [path.name for path in (tmp_path / "new").iterdir()] == ["out.bvh"]
 
 
-def test_what_was_mended_in_the_file_is_told_first_and_the_names_stay(
-    policy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_was_mended_in_the_file_is_told_and_the_names_stay(policy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     written(tmp_path / "in.bvh")
     text = (tmp_path / "in.bvh").read_text().replace("Frames: 45", "Frames: 44").replace("JOINT Spine1", "JOINT Spine")
     (tmp_path / "in.bvh").write_text(text)
     end = ["--policy", policy, "--without", "physics", "--without", "restore"]
     assert run(tmp_path / "in.bvh", "--out", tmp_path / "out.bvh", *end) == 0
     told = [line.strip() for line in capsys.readouterr().out.splitlines()]
-    assert told[1].startswith("Joint names stand twice: 'Spine' under 'Spine' ")
-    assert told[2] == "'Frames:' says '44', 45 whole frames follow: all of them were read."
+    assert told[1].startswith("read as: Y up, cm, 30 fps")
+    assert told[2].startswith("Joint names stand twice: 'Spine' under 'Spine' ")
+    assert told[3] == "'Frames:' says '44', 45 whole frames follow: all of them were read."
     cleaned = (tmp_path / "out.bvh").read_text()
     assert cleaned.count("JOINT Spine\n") == 2
     assert "Frames: 45\n" in cleaned
