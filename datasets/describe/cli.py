@@ -18,6 +18,7 @@ from datasets.imu.recording import load_performer_clip
 from datasets.library.sources import find_motion_files
 from datasets.motion.humanoid import BODY_NAMES
 from datasets.retarget.joint_mapping import OPTIONAL_BODIES, read_mapping
+from datasets.retarget.mapping_draft import JointMapError, save_draft
 from datasets.retarget.performer_clip import METRES_PER_UNIT, PerformerClip
 from datasets.retarget.retarget import Retargeted, retarget
 from datasets.retarget.retarget_error import RetargetMetrics, measure_retarget
@@ -165,10 +166,16 @@ def main(arguments: list[str] | None = None, prog: str = "python -m datasets.des
 
 
 def _run(options: argparse.Namespace) -> None:
-    described = describe(options.path, options.mapping)
+    try:
+        described = describe(options.path, options.mapping)
+    except JointMapError as error:
+        raise save_draft(error, error.clip, Path()) from error
     if options.out:
         _draw_all(described, options.out)
     console = Console()
     if not console.is_terminal:
         console = Console(width=max(console.width, MIN_WIDTH))
     console.print(table(described))
+    for description in described:
+        for notice in description.retargeted.performer_clip.notices:
+            console.print(Text(f"{description.path.name}: {notice}"), soft_wrap=True)

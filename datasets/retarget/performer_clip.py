@@ -1,7 +1,7 @@
 """Clips on the performer's own skeleton, in metres and Z up, with joint mapping, unit and up axis of the file."""
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 
@@ -12,7 +12,11 @@ from datasets.formats.bvh import Bvh, local_pose, read_bvh
 from datasets.motion.clip import Motion
 from datasets.motion.humanoid import LEG_LENGTH
 from datasets.motion.skeleton import Skeleton, forward_kinematics
-from datasets.retarget.joint_mapping import JointMap, JointMapping, find_joint_map
+from datasets.retarget.joint_mapping import JointMapping
+from datasets.retarget.joint_tree import JointMap
+from datasets.retarget.mapping_draft import JointMapError
+from datasets.retarget.performer_tree import end_offsets, find_performer_tree
+from datasets.retarget.tree_edits import TreeEdits, level_added_feet
 
 METRES_PER_UNIT: dict[str, float] = {"m": 1.0, "ft": 0.3048, "dm": 0.1, "CMU": 0.056444, "inch": 0.0254, "cm": 0.01, "mm": 0.001}
 AXES_BY_UP_AXIS: dict[str, list[int]] = {"x": [1, 2, 0], "y": [2, 0, 1], "z": [0, 1, 2]}  # up in the file -> its axes that become x, y, z
@@ -34,6 +38,8 @@ class PerformerClip:
         up_axis: Axis of the file that points up.
         dropped_frames: Number of leading frames that were dropped because they jump (a T-pose).
         joints_with_positions: Joints with position channels.
+        notices: Lines for the user on what was guessed or mended in the file.
+        edits: How its tree was made from the file's.
     """
 
     motion: Motion
@@ -43,6 +49,8 @@ class PerformerClip:
     up_axis: str
     dropped_frames: int
     joints_with_positions: tuple[int, ...] = (0,)
+    notices: tuple[str, ...] = ()
+    edits: TreeEdits = field(default_factory=TreeEdits)
 
 
 def load_performer_bvh(path: str | os.PathLike[str], mapping: JointMapping | None = None) -> PerformerClip:
@@ -60,6 +68,8 @@ def load_performer_bvh(path: str | os.PathLike[str], mapping: JointMapping | Non
     """
     try:
         return performer_clip_from_bvh(read_bvh(path), Path(path).stem, mapping)
+    except JointMapError as error:
+        raise error.at(Path(path)) from error
     except InputError as error:
         raise error if str(path) in str(error) else InputError(f"{path}: {error}") from error
 
@@ -67,21 +77,33 @@ def load_performer_bvh(path: str | os.PathLike[str], mapping: JointMapping | Non
 def performer_clip_from_bvh(bvh: Bvh, name: str, mapping: JointMapping | None = None) -> PerformerClip:
     """Return the clip of a BVH in metres and Z up; arguments and errors are those of ``load_performer_bvh``."""
     mapping = mapping or JointMapping()
-    joint_map = find_joint_map(bvh.names, bvh.parents, mapping)
-    local_positions, local_rotations = local_pose(bvh)
-    positions, _ = forward_kinematics(bvh.parents, local_positions, local_rotations)
+    in_file = local_pose(bvh)
+    tree = find_performer_tree(bvh, *in_file, mapping)
+    joint_map = tree.joint_map
+    local_positions, local_rotations = tree.edits.to_clip(*in_file)
+    positions, _ = forward_kinematics(tree.parents, local_positions, local_rotations)
     leg = leg_length(positions, joint_map)
-    _check_bones(bvh.names, positions, joint_map, leg)
+    _check_bones(tree.names, positions, joint_map, leg)
     unit = mapping.unit or _find_unit(leg)
     up = mapping.up_axis or _find_up(positions, joint_map, leg)
     axes, dropped = AXES_BY_UP_AXIS[up], _leading_frames(positions, joint_map, leg)
     local_positions = unit * local_positions[dropped:, :, axes]
     offsets = np.concat([np.zeros((1, 3)), np.median(local_positions, axis=0)[1:]])
-    tips = np.array([np.mean(sites, axis=0) if sites else np.zeros(3) for sites in bvh.end_sites])
+    tips = end_offsets(tree, bvh, in_file[0])
     local_rotations = local_rotations[dropped:, :, [0, *(1 + axis for axis in axes)]]
-    motion = Motion(Skeleton(bvh.names, bvh.parents, offsets), local_positions, local_rotations, _rate(bvh.frame_time), name)
+    motion = Motion(Skeleton(tree.names, tree.parents, offsets), local_positions, local_rotations, _rate(bvh.frame_time), name)
     placed = tuple(joint for joint, channels in enumerate(bvh.channels) if set(channels) >= POSITIONS)
-    return PerformerClip(motion, joint_map, unit * tips[:, axes], unit, up, dropped, placed)
+    return PerformerClip(
+        level_added_feet(motion, tree.edits),
+        joint_map,
+        unit * tips[:, axes],
+        unit,
+        up,
+        dropped,
+        tree.edits.joints_with_positions(placed),
+        notices=tree.notices,
+        edits=tree.edits,
+    )
 
 
 def leg_length(positions: np.ndarray, joint_map: JointMap) -> float:

@@ -13,9 +13,11 @@ from datasets.motion.clip import BodyMotion, Motion
 from datasets.motion.humanoid import BODY_NAMES
 from datasets.motion.kinematics import body_poses, joint_poses
 from datasets.motion.rotation import conjugate, from_yaw, multiply, rotate, rotation_angle
+from datasets.retarget.joint_tree import torso_root
 from datasets.retarget.performer_clip import AXES_BY_UP_AXIS, PerformerClip
 from datasets.retarget.pose_edits import set_world_rotations, solve_leg_ik, translate_hips
 from datasets.retarget.retarget import Retargeted
+from datasets.retarget.tree_edits import level_added_feet
 
 DECIMALS = 6  # decimals of written numbers [degrees, file unit]
 SAME_ANGLE_RAD, SAME_POSITION_M = 1e-6, 1e-7  # rad and m, up to which a change leaves the channels' numbers as they were
@@ -49,9 +51,11 @@ def transfer_back(retargeted: Retargeted, after: BodyMotion) -> Motion:
 
     positions, rotations = joint_poses(motion)
     hips = 0.5 * (positions[:, joint_map["thigh_l"]] + positions[:, joint_map["thigh_r"]])
-    from_hips = positions[:, joint_map["pelvis"]] - hips
+    carrier = torso_root(joint_map, motion.skeleton.parents)  # of pelvis and spine, where they hang beside each other
+    from_hips = positions[:, carrier] - hips
     pelvis = 0.5 * (of(moved, "thigh_l") + of(moved, "thigh_r")) + rotate(of(changes, "pelvis"), from_hips) - from_hips
     turned = {joint: multiply(of(changes, body), rotations[:, joint]) for body, joint in joint_map.items()}
+    turned.setdefault(carrier, multiply(of(changes, "pelvis"), rotations[:, carrier]))
     ankles = {foot: positions[:, joint_map[foot]] + of(moved, foot) for foot in ("foot_l", "foot_r")}
     return solve_leg_ik(set_world_rotations(translate_hips(motion, retargeted.performer_clip, pelvis), turned), retargeted, ankles)
 
@@ -74,16 +78,18 @@ def to_performer_bvh(bvh: Bvh, performer_clip: PerformerClip, motion: Motion) ->
             f"frames and joints are {motion.local_rotations.shape[:2]}, should be {performer_clip.motion.local_rotations.shape[:2]}"
         )
     axes = AXES_BY_UP_AXIS[performer_clip.up_axis]
-    positions, rotations = local_pose(bvh)
+    recorded_positions, recorded_rotations = local_pose(bvh)
+    positions, rotations = performer_clip.edits.to_clip(recorded_positions, recorded_rotations)
     positions[performer_clip.dropped_frames :, :, axes] = motion.local_positions / performer_clip.unit
     rotations[performer_clip.dropped_frames :, :, [0, *(1 + axis for axis in axes)]] = motion.local_rotations
+    positions, rotations = performer_clip.edits.to_file(positions, rotations, recorded_positions)
     values = np.round(channel_values(bvh, positions, rotations), DECIMALS)
-    changed = np.zeros(values.shape, dtype=bool)
     joints = np.repeat(np.arange(len(bvh.names)), [len(channels) for channels in bvh.channels])  # joint of each column
     places = np.array([channel.endswith("position") for channels in bvh.channels for channel in channels])
-    moved = np.abs(motion.local_positions - performer_clip.motion.local_positions).max(axis=-1) > SAME_POSITION_M
-    turned = rotation_angle(multiply(conjugate(performer_clip.motion.local_rotations), motion.local_rotations)) > SAME_ANGLE_RAD
-    changed[performer_clip.dropped_frames :] = np.where(places, moved[:, joints], turned[:, joints])
+    moved = performer_clip.unit * np.abs(positions - recorded_positions).max(axis=-1) > SAME_POSITION_M
+    turned = rotation_angle(multiply(conjugate(recorded_rotations), rotations)) > SAME_ANGLE_RAD
+    changed = np.where(places, moved[:, joints], turned[:, joints])
+    changed[: performer_clip.dropped_frames] = False
     return replace(bvh, values=np.where(changed, values, bvh.values))
 
 
@@ -94,9 +100,10 @@ def from_performer_bvh(bvh: Bvh, performer_clip: PerformerClip) -> Motion:
         bvh: File made by ``to_performer_bvh``.
         performer_clip: Clip read from the recorded file.
     """
-    axes, (positions, rotations) = AXES_BY_UP_AXIS[performer_clip.up_axis], local_pose(bvh)
-    return replace(
+    axes, (positions, rotations) = AXES_BY_UP_AXIS[performer_clip.up_axis], performer_clip.edits.to_clip(*local_pose(bvh))
+    motion = replace(
         performer_clip.motion,
         local_positions=performer_clip.unit * positions[performer_clip.dropped_frames :, :, axes],
         local_rotations=rotations[performer_clip.dropped_frames :, :, [0, *(1 + axis for axis in axes)]],
     )
+    return level_added_feet(motion, performer_clip.edits)

@@ -103,7 +103,12 @@ class CleaningPipeline:
             "holding feet": cleaned,
         }
         moved = find_moved_spans(recorded, after_stage)
-        notices = (*_pose_notices(poses), *_root_notices(rooted is not poses.motion, off_feet), *([moved_notice(moved)] if moved else []))
+        notices = (
+            *performer.notices,
+            *_pose_notices(poses),
+            *_root_notices(rooted is not poses.motion, off_feet),
+            *([moved_notice(moved)] if moved else []),
+        )
         result = CleaningResult(
             name,
             recorded,
