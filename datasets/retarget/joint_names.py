@@ -74,7 +74,7 @@ _WORDS: dict[str, tuple[str, ...]] = (
     | {name: tuple(words.split()) for name, words in _COMPOUNDS.items()}
     | dict.fromkeys(_NOISE, ())
 )
-_LOOSE = {"base"}  # known words that also name rigs, as in "Base HumanLThigh" and "CC_Base_L_Thigh"
+_LOOSE = {"base", "fore", "upper", "lower"}  # words that also name rigs, as in "CC_Base_L_Thigh" and "f_avg_L_Hip"
 _LEADING = {"character", "joint"}  # before a name they say nothing
 # Words of joints that help or follow a limb, or belong to something else; these are no limb, whatever else they are called
 _HELPERS = """

@@ -23,6 +23,7 @@ from datasets.retarget.joint_tree import JointMap, ancestors, rerooted
 from datasets.retarget.tree_edits import TreeEdits
 
 MIN_TURN_RAD = 1e-3  # rad, of a joint that turns at all
+MAX_SHOULDER_TURN = np.radians(20.0)  # rad, against the hips, on the average of a clip
 _OFFSETS = dict(zip(BODY_NAMES, SKELETON.offsets, strict=True))
 HIP_WIDTH_RATIO = float(np.linalg.norm(_OFFSETS["thigh_l"] - _OFFSETS["thigh_r"])) / LEG_LENGTH  # a person's, of the leg's length
 
@@ -168,7 +169,13 @@ def _set_hips_apart(tree: PerformerTree, positions: np.ndarray, rotations: np.nd
         across, up = (
             rotate(to_parent, line).mean(axis=0) for line in (shoulders, 0.5 * (at["upper_arm_l"] + at["upper_arm_r"]) - at[body])
         )
-        across = unit_vector(across - (across @ unit_vector(up)) * unit_vector(up))
+        across = _near_axis(unit_vector(across - (across @ unit_vector(up)) * unit_vector(up)))
         moved[joint] = sign * HIP_WIDTH_RATIO * leg * across
     said = "Both hips are at one point; they are read a person's width apart, along the line of the shoulders."
     return replace(tree, edits=replace(tree.edits, moved=moved), notices=(*tree.notices, said))
+
+
+def _near_axis(direction: np.ndarray) -> np.ndarray:
+    """Return the axis of the frame next to a direction (3,), or the direction itself if none is near: shoulders turn against the hips."""
+    axis = np.sign(direction) * (np.abs(direction) == np.abs(direction).max())
+    return axis if axis @ direction > np.cos(MAX_SHOULDER_TURN) else direction
