@@ -127,7 +127,7 @@ def find_joint_map(
         raise JointMapError(
             f"no joint found for {', '.join(missing)} among {', '.join(names)}; "
             f"name them in a mapping file, a line each, such as '{missing[0]}: {names[0]}'",
-            draft_mapping(joint_map, names, parents, uncertain_bodies(joint_map, names)),
+            draft_mapping(joint_map, names, parents, uncertain_bodies(joint_map, names), geometry.offsets if geometry else None),
         )
     _check(joint_map, names, parents)
     return joint_map
@@ -171,10 +171,10 @@ def _find_chain(
     """Add the joints of one arm or leg to ``roles``: of all joints with fitting names those that make the best chain."""
     taken = set(roles.values())
     choices: list[list[tuple[int | None, float]]] = []
-    for limb in chain:
+    for level, limb in enumerate(chain):
         told = roles.get(f"{limb}_{side}")
         free = [(joint, rank + 1e-3 * n) for n, (joint, rank) in enumerate(_candidates(limb, side, read)) if joint not in taken]
-        choices.append([(told, 0.0)] if told is not None else [*free, (None, _LACKING)])
+        choices.append([(told, 0.0)] if told is not None else [*free, (None, _LACKING + 2.0 * level)])  # "leg" alone is rather a shin
     best = min(product(*choices), key=lambda links: _chain_cost(links, taken, parents, geometry))
     joints = [joint for joint, _ in best]
     if None not in joints[:2] and joints[2] is None:

@@ -2,8 +2,11 @@
 
 from pathlib import Path
 
+import numpy as np
+
 from configs.errors import InputError
 from datasets.motion.humanoid import BODIES, BODY_NAMES
+from datasets.retarget.joint_guess import guess_by_symmetry
 from datasets.retarget.joint_tree import JointMap, ancestors
 
 DRAFT_SUFFIX = ".mapping.yaml"
@@ -56,7 +59,9 @@ def save_draft(error: JointMapError, name: str, folder: Path) -> InputError:
     return InputError(f"{error}; a draft of it is in {path}: check its lines, and give it with --mapping {path}")
 
 
-def draft_mapping(joint_map: JointMap, names: tuple[str, ...], parents: tuple[int, ...], doubtful: list[str]) -> str:
+def draft_mapping(
+    joint_map: JointMap, names: tuple[str, ...], parents: tuple[int, ...], doubtful: list[str], offsets: np.ndarray | None = None
+) -> str:
     """Return a mapping file's text: a line for each body, with a comment where the joint is doubtful, guessed or missing.
 
     Args:
@@ -64,13 +69,15 @@ def draft_mapping(joint_map: JointMap, names: tuple[str, ...], parents: tuple[in
         names: Joint names.
         parents: Index of each joint's parent, -1 for the root.
         doubtful: Bodies among those found that are doubtful.
+        offsets: Position of each joint in its parent's frame [file unit], shape (J, 3), if it is known.
     """
     lines = ["# Body of the humanoid: joint of the file. Check the lines with a comment; lines of bodies without a joint may go."]
     known = dict(joint_map)
+    alike = {} if offsets is None else guess_by_symmetry(parents, offsets)
     for body in BODY_NAMES:
         if body in joint_map:
             lines.append(f"{body}: {_quoted(names[joint_map[body]])}{'  # doubtful' if body in doubtful else ''}")
-        elif (joint := _guess(body, known, parents)) is not None:
+        elif (joint := _guess(body, known, alike, parents)) is not None:
             known[body] = joint
             lines.append(f"{body}: {_quoted(names[joint])}  # guessed from its place in the tree")
         else:
@@ -88,8 +95,19 @@ def _in_tree(joint: int, names: tuple[str, ...], parents: tuple[int, ...]) -> st
     return f"{'  ' * (len(ancestors(joint, parents)) - 1)}{names[joint]}"
 
 
-def _guess(body: str, known: JointMap, parents: tuple[int, ...]) -> int | None:
-    """Return a joint between those of the bodies above and below, the largest branch below the one, or the parent of the other."""
+def _guess(body: str, known: JointMap, alike: JointMap, parents: tuple[int, ...]) -> int | None:
+    """Return a joint between those of the bodies above and below, the largest branch below the one, or the parent of the other.
+
+    Else the joint of the body in ``alike``, the guess by symmetry.
+    """
+    joint = _guess_by_neighbours(body, known, parents)
+    if joint is None and alike.get(body) not in known.values():
+        joint = alike.get(body)
+    return joint
+
+
+def _guess_by_neighbours(body: str, known: JointMap, parents: tuple[int, ...]) -> int | None:
+    """Return a joint that fits between the bodies above and below, or None."""
     above, below = known.get(_PARENTS[body] or ""), known.get(_CHAIN_BELOW.get(body, ""))
     if _CHAIN_BELOW.get(body) is None and body not in _CHAIN_BELOW.values():
         return None  # of the torso only names tell which joint is which

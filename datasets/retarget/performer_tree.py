@@ -20,6 +20,7 @@ from datasets.retarget.joint_mapping import (
     uncertain_bodies,
 )
 from datasets.retarget.joint_tree import JointMap, ancestors, rerooted
+from datasets.retarget.mapping_draft import JointMapError, draft_mapping
 from datasets.retarget.tree_edits import TreeEdits
 
 MIN_TURN_RAD = 1e-3  # rad, of a joint that turns at all
@@ -102,12 +103,18 @@ def _add_tips(tree: PerformerTree, bvh: Bvh, positions: np.ndarray, rotations: n
         return tree
     offsets = np.median(tree.edits.to_clip(positions, rotations)[0], axis=0)
     sites = end_offsets(tree, bvh, positions)
+    where: dict[str, list[tuple[str, str]]] = {}
     for body in lacking:
         over = TIP_BODIES[body] if TIP_BODIES[body] in tree.joint_map else "pelvis"
         bone = _bone_above(body, over, tree, offsets)
         parent, site = tree.joint_map[over], sites[tree.joint_map[over]]
         at_site = np.linalg.norm(site) > MIN_TIP_RATIO * np.linalg.norm(bone)
-        where = "at the End Site" if at_site else "as far as a person's from the joint"
+        if not at_site and not bone.any():
+            raise JointMapError(
+                f"no joint found for {body} among {', '.join(bvh.names)}; name it in a mapping file, such as '{body}: {bvh.names[-1]}'",
+                draft_mapping(tree.joint_map, tree.names, tree.parents, [], offsets[: len(tree.names)]),
+            )
+        where.setdefault("the End Site" if at_site else "a person's distance", []).append((body_in_words(body), tree.names[parent]))
         edits = replace(
             tree.edits,
             added=(*tree.edits.added, (parent, site if at_site else bone)),
@@ -118,12 +125,15 @@ def _add_tips(tree: PerformerTree, bvh: Bvh, positions: np.ndarray, rotations: n
             (*tree.parents, parent),
             tree.joint_map | {body: len(tree.names)},
             edits,
-            (
-                *tree.notices,
-                f"The file has no joint for the {body_in_words(body)}: it was put {where} of '{tree.names[parent]}', with which it turns.",
-            ),
+            tree.notices,
         )
-    return tree
+    return replace(tree, notices=(*tree.notices, *(_added_notice(at, put) for at, put in where.items())))
+
+
+def _added_notice(at: str, put: list[tuple[str, str]]) -> str:
+    """Return what a person should know of bodies, in words, that were put at a distance from joints with which they turn."""
+    bodies, joints = (", ".join(words) for words in zip(*put, strict=True))
+    return f"The file has no joint for {bodies}; put at {at} from {joints}, and turning with it."
 
 
 def _bone_above(body: str, over: str, tree: PerformerTree, offsets: np.ndarray) -> np.ndarray:

@@ -206,9 +206,9 @@ def test_a_tree_hung_from_the_head_turns_only_the_head_when_the_head_turns() -> 
         (hung_from_the_head, ["hangs from 'HEAD'; it is read as hanging from 'HIP'"]),
         (pelvis_beside_the_spine, []),
         (hips_at_one_point, ["Both hips are at one point"]),
-        (without_head, ["no joint for the head: it was put as far as a person's from the joint of 'Spine1'"]),
-        (without_hands, ["no joint for the left hand", "no joint for the right hand"]),
-        (without_feet, ["no joint for the left foot", "no joint for the right foot"]),
+        (without_head, ["no joint for head; put at a person's distance from Spine1"]),
+        (without_hands, ["no joint for left hand, right hand; put at a person's distance from LeftForeArm, RightForeArm"]),
+        (without_feet, ["no joint for left foot, right foot; put at a person's distance from LeftLeg, RightLeg"]),
         (lambda clip: as_bvh(clip, names=MIXAMO | {"head": "Neck"}), ["the head; 'Neck' was taken by its place"]),
     ],
 )
