@@ -34,7 +34,9 @@ TIP_BODIES = {"head": "chest", "hand_l": "forearm_l", "hand_r": "forearm_r", "fo
 MAX_CANDIDATES = 6  # joints that are compared for a segment
 MIN_TIP_RATIO = 0.3  # of the bone above, the distance at which an unnamed child of forearm or shin can be hand or foot
 MIN_BONE_RATIO = 1e-3  # of the skeleton's longest offset
-_LACKING, _ELSEWHERE, _STILL, _NO_BONE = 100.0, 15.0, 10.0, 0.5  # penalties in steps of the rank in _LIMBS
+# Penalties of a chain, in steps of the rank in _LIMBS: a joint lacks; a told one hangs elsewhere; a "shoulder" is taken for the upper arm,
+# though it is the collar wherever another joint can be the arm; no joint ever turns; one joint never turns; a bone has no length
+_LACKING, _ELSEWHERE, _SHOULDER, _DEAD, _STILL, _NO_BONE = 100.0, 15.0, 20.0, 10.0, 1.5, 0.5
 
 
 @dataclass(frozen=True)
@@ -159,6 +161,8 @@ def _words(pattern: str) -> frozenset[str]:
 def _candidates(limb: str, side: str, read: list[JointName]) -> list[tuple[int, float]]:
     """Return joints of one side whose names fit a limb segment, with their rank, best first; of equal ones the upper comes first."""
     ranks = {_words(pattern): float(rank) for rank, pattern in reversed(list(enumerate(_LIMBS[limb])))}
+    if limb == "upper_arm":
+        ranks[_words("shoulder")] += _SHOULDER
     fitting = [(joint, ranks[words]) for joint, (here, words) in enumerate(read) if here == side and words in ranks]
     if limb == "forearm" and read.count(JointName(side, _words("arm"))) < 2:  # as in "Arm1", "Arm2"
         fitting = [(joint, rank) for joint, rank in fitting if read[joint].words != _words("arm")]
@@ -194,7 +198,8 @@ def _chain_cost(
         elif geometry and _rest_distance(upper, lower, parents, geometry) <= MIN_BONE_RATIO * _longest(geometry):
             cost += _NO_BONE
     if geometry and geometry.turns.any():
-        cost += _STILL * sum(not geometry.turns[joint] for joint, _ in links[:2] if joint is not None)
+        still = [not geometry.turns[joint] for joint, _ in links[:2] if joint is not None]
+        cost += _STILL * sum(still) + _DEAD * all(still)
     return cost
 
 

@@ -125,7 +125,8 @@ def _parts(token: str) -> tuple[str, ...]:
                 ends[end] = (*before, word)
         if foreign and ends[end] is None and ends[end - 1] is not None:
             ends[end] = (*(ends[end - 1] or ()), token[end - 1])
-    return ends[-1] or (token,)
+    parts = ends[-1] or (token,)
+    return (token,) if "".join(parts) == token and set(parts) <= {"l", "r"} else parts  # "RL" is no side
 
 
 def _is_part(word: str, token: str, begin: int) -> bool:

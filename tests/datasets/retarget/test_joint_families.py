@@ -43,6 +43,11 @@ FAMILIES = {
         m_avg_*_Hip, m_avg_*_Knee, m_avg_*_Ankle, m_avg_*_Foot""",
     "amass, female": """L/R; f_avg_Pelvis, f_avg_Spine1, f_avg_Spine3, f_avg_Head, f_avg_*_Collar, f_avg_*_Shoulder, f_avg_*_Elbow,
         f_avg_*_Wrist, f_avg_*_Hip, f_avg_*_Knee, f_avg_*_Ankle, f_avg_*_Foot""",
+    "iclone, old": """L/R; RL_Hip, RL_Waist, RL_Spine02, RL_Head, RL_*_Clavicle, RL_*_Upperarm, RL_*_Forearm, RL_*_Hand, RL_*_Thigh,
+        RL_*_Calf, RL_*_Foot, RL_*_ToeBase""",
+    "without separators": """left/right; hips, lowerspine, upperspine, head, *collar, *uparm, *lowarm, *hand, *upleg,
+        *lowleg, *foot, *toebase""",
+    "ipi": """L/R; Hip, LowerSpine, Chest, Head, *Clavicle, *Shoulder, *Forearm, *Hand, *Thigh, *Shin, *Foot, *Toe""",
     "human3.6m": """left/right; Hip, Spine, Thorax, Nose, -, shoulder_*, elbow_*, wrist_*, hip_*, knee_*, ankle_*, -""",
     "deepmotion": """l/r; hips_JNT, spine_JNT, spine1_JNT, head_JNT, *_shoulder_JNT, *_arm_JNT, *_forearm_JNT, *_hand_JNT, *_upleg_JNT,
         *_leg_JNT, *_foot_JNT, *_toebase_JNT""",
@@ -248,6 +253,13 @@ def test_the_arm_that_carries_forearm_and_hand_and_moves_wins_over_a_better_name
 def test_a_bone_between_arm_and_forearm_that_never_turns_is_not_the_arm() -> None:
     names, parents = depth_first(tree(HUMAN.replace("LeftArm > LeftForeArm", "LeftArm > L_Humerus; L_Humerus > LeftForeArm")))
     assert names[find_joint_map(names, parents, geometry=geometry(names, ("L_Humerus",)))["upper_arm_l"]] == "LeftArm"
+
+
+def test_an_arm_that_never_turns_on_a_collar_that_does_is_the_arm() -> None:
+    with_collars = HUMAN.replace("LeftArm RightArm;", "LeftShoulder RightShoulder;")
+    names, parents = depth_first(tree(f"{with_collars}; LeftShoulder > LeftArm; RightShoulder > RightArm"))
+    found = find_joint_map(names, parents, geometry=geometry(names, ("LeftArm", "RightArm")))
+    assert [names[found[body]] for body in ("collar_l", "upper_arm_l", "upper_arm_r")] == ["LeftShoulder", "LeftArm", "RightArm"]
 
 
 def test_a_hand_or_foot_with_another_name_is_found_by_its_place() -> None:
