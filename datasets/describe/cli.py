@@ -118,7 +118,7 @@ def _skeleton(performer_clip: PerformerClip) -> str:
     """Return the number of joints and, if recognised, the program that made the skeleton."""
     names = performer_clip.motion.skeleton.names
     family = next((family for joint, family in FAMILIES.items() if joint in names), "")
-    return f"{family} {len(names)} joints".strip()
+    return f"{family} {len(names) - len(performer_clip.edits.added)} joints".strip()
 
 
 def _unit(metres: float) -> str:

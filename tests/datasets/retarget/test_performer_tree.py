@@ -98,6 +98,21 @@ def hung_from_the_head(clip: BodyMotion) -> Bvh:
     )
 
 
+def hung_from_the_chest(clip: BodyMotion) -> Bvh:
+    """Return a clip whose root is a point in the chest, from which the head goes up and the spine down."""
+    return from_segments(
+        clip,
+        [
+            ("Chest", "chest", None, np.array([0.05, 0.0, 0.1])),
+            ("Head", "head", "Chest", NO_OFFSET),
+            *arms("Chest"),
+            ("Waist", "spine", "Chest", OFFSETS["chest"]),
+            ("Hips", "pelvis", "Waist", OFFSETS["spine"]),
+            *legs("Hips"),
+        ],
+    )
+
+
 def pelvis_beside_the_spine(clip: BodyMotion) -> Bvh:
     """Return a clip in which a joint above the pelvis carries both pelvis and spine."""
     return from_segments(
@@ -133,7 +148,7 @@ def without_feet(clip: BodyMotion) -> Bvh:
     return as_bvh(clip, without=FEET_AND_TOES)
 
 
-FORMS = [hung_from_the_head, pelvis_beside_the_spine, hips_at_one_point, without_head, without_hands, without_feet]
+FORMS = [hung_from_the_head, hung_from_the_chest, pelvis_beside_the_spine, hips_at_one_point, without_head, without_hands, without_feet]
 
 
 def opened(bvh: Bvh) -> PerformerClip:
