@@ -20,7 +20,9 @@ def guess_by_symmetry(parents: tuple[int, ...], offsets: np.ndarray) -> JointMap
     """
     rest = np.array([offsets[ancestors(joint, parents)].sum(axis=0) for joint in range(len(parents))])
     children = [[child for child, parent in enumerate(parents) if parent == joint] for joint in range(len(parents))]
-    sizes = [sum(joint in ancestors(other, parents) for other in range(len(parents))) for joint in range(len(parents))]
+    sizes = [1] * len(parents)  # joints in each branch
+    for joint in range(len(parents) - 1, 0, -1):  # every joint after its parent
+        sizes[parents[joint]] += sizes[joint]
     pairs = [
         (left, right)
         for joint in range(len(parents))

@@ -18,8 +18,8 @@ from datasets.retarget.mapping_draft import JointMapError, draft_mapping
 # Words of the joint at the upper end of each limb segment, least ambiguous first. "shoulder" is the collar where an upper arm has a
 # name of its own, "hip" and "foot" likewise, so the order of this table matters.
 _LIMBS: dict[str, tuple[str, ...]] = {
-    "upper_arm": ("upper arm", "shldr", "humerus", "arm", "shoulder"),
-    "forearm": ("fore arm", "lower arm", "elbow", "radius", "arm"),
+    "upper_arm": ("upper arm", "shldr", "humerus", "arm", "bicep", "shoulder"),
+    "forearm": ("fore arm", "lower arm", "elbow", "radius", "ulna", "arm"),
     "hand": ("wrist", "hand", "palm", "arm palm"),
     "collar": ("collar", "arm collar", "scapula", "shoulder", "shldr"),
     "thigh": ("upper leg", "thigh", "femur", "hip", "leg"),

@@ -3,7 +3,7 @@
 import re
 import unicodedata
 from collections import Counter
-from functools import cache
+from functools import lru_cache
 from typing import NamedTuple
 
 
@@ -20,51 +20,55 @@ class JointName(NamedTuple):
 
 
 _SIDES = {
-    "l": "l left lft lt links linke linker linkes gauche izquierda izquierdo izq sinistra sinistro sx 左",
-    "r": "r right rgt rt rechts rechte rechter rechtes droite droit derecha derecho der destra destro dx 右",
+    "l": "l left lft lf lt links linke linker linkes gauche izquierda izquierdo izq sinistra sinistro sx 左 왼쪽 왼",
+    "r": "r right rgt rt rechts rechte rechter rechtes droite droit derecha derecho der destra destro dx 右 오른쪽 오른",
 }
 _SIDE_OF = {word: side for side, words in _SIDES.items() for word in words.split()}
+_FRENCH_SIDES = {"g": "l", "d": "r"}  # gauche, droite; read only where no name has another side
 # Word of the field -> other spellings, abbreviations and translations of it
 _SPELLINGS = {
     "upper": "up uper u",
     "lower": "lo low",
     "fore": "f avant ante avam",
-    "arm": "bras brazo braccio 腕",
-    "leg": "bein jambe pierna gamba 足",
-    "hand": "main mano 手",
+    "arm": "bras brazo braccio 腕 팔",
+    "leg": "bein jambe pierna gamba 足 다리",
+    "hand": "main mano 手 손",
     "palm": "handflache 手掌",
-    "wrist": "handgelenk poignet muneca polso 手首 手腕",
-    "elbow": "ellbogen ellenbogen coude codo gomito ひじ 肘 手肘",
-    "shoulder": "schulter epaule hombro spalla 肩 肩膀",
+    "wrist": "handgelenk poignet muneca polso 手首 手腕 손목",
+    "elbow": "ellbogen ellenbogen coude codo gomito ひじ 肘 手肘 팔꿈치",
+    "shoulder": "schulter epaule hombro spalla 肩 肩膀 어깨",
     "shldr": "shlder",
     "humerus": "",
     "radius": "",
-    "collar": "clavicle clav schlusselbein clavicule clavicula 鎖骨 锁骨",
+    "ulna": "",
+    "bicep": "biceps",
+    "collar": "clavicle clav schlusselbein clavicule clavicula clavicola 鎖骨 锁骨 쇄골",
     "scapula": "scap",
-    "thigh": "oberschenkel cuisse muslo coscia 太もも 大腿",
+    "thigh": "oberschenkel cuisse muslo coscia 太もも 大腿 허벅지",
     "femur": "",
-    "hip": "hips hufte hanche cadera anca 髋 胯",
-    "knee": "knie genou rodilla ginocchio ひざ 膝 膝盖",
-    "shin": "unterschenkel すね 脛 下腿 小腿",
+    "hip": "hips hufte hanche cadera anca 髋 胯 엉덩이",
+    "knee": "knie genou rodilla ginocchio ひざ 膝 膝盖 무릎",
+    "shin": "unterschenkel すね 脛 下腿 小腿 종아리",
     "calf": "mollet pantorrilla",
     "tibia": "",
-    "ankle": "knochel cheville tobillo caviglia 足首 脚踝 踝",
-    "foot": "fuss pied pie piede 脚",
-    "toe": "toes zehe zehen orteil orteils つま先 足先 脚趾",
+    "ankle": "knochel cheville tobillo caviglia 足首 脚踝 踝 발목",
+    "foot": "fuss pied pie piede 脚 발",
+    "toe": "toes zehe zehen orteil orteils つま先 足先 脚趾 발가락",
     "ball": "",
     "base": "",
-    "head": "kopf tete cabeza testa 頭 头",
+    "head": "kopf tete cabeza testa 頭 头 머리",
     "nose": "nase nez",
-    "neck": "hals nacken cou cuello collo 首 颈 脖子",
-    "spine": "wirbelsaule colonne columna 上半身 背骨 脊椎 脊柱",
+    "neck": "hals nacken cou cuello collo 首 颈 脖子 목",
+    "spine": "wirbelsaule colonne columna 上半身 背骨 脊椎 脊柱 척추",
     "hub": "",
-    "chest": "thorax ribcage torso brust poitrine pecho 胸",
-    "pelvis": "becken bassin 下半身 骨盤 骨盆",
+    "chest": "thorax ribcage torso brust poitrine pecho 胸 가슴",
+    "pelvis": "becken bassin 下半身 骨盤 骨盆 골반",
     "joint": "",
 }
 _COMPOUNDS = {
     "oberarm": "upper arm", "unterarm": "fore arm", "antebrazo": "fore arm", "avambraccio": "fore arm", "上腕": "upper arm",
     "前腕": "fore arm", "上臂": "upper arm", "大臂": "upper arm", "前臂": "fore arm", "小臂": "fore arm", "下臂": "fore arm",
+    "위팔": "upper arm", "아래팔": "fore arm",
 }  # fmt: skip
 # Words that say what a joint is for, in rigs with several joints for one bone, and not which
 _NOISE = ("bone", "mixamorig", "bip", "biped", "jnt", "def", "org", "bend", "stretch", "ex")
@@ -82,7 +86,7 @@ _HELPERS = """
     sleeve cloth skirt hair tail wing weapon prop sword gun breast face facial jaw eye brow lip tongue ear
     finger fingers thumb index middle mid ring pinky little metacarpal inhand 捩 指 親 目 袖"""
 HELPER_WORDS = frozenset(_HELPERS.split())
-_CJK = "぀-ヿ㐀-鿿"
+_CJK = "぀-ヿ㐀-鿿가-힣"
 _TOKEN = re.compile(rf"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+|[{_CJK}ー]+|[^\W\d_a-zA-Z{_CJK}]+")
 SHARED = 0.5  # of the joints, which begin or end with a token that belongs to the rig and not to the joint
 
@@ -99,17 +103,19 @@ def read_joint_names(names: tuple[str, ...]) -> list[JointName]:
     for end in (0, -1):
         while shared := _shared(tokens, end):
             tokens = [(words[1:] if end == 0 else words[:-1]) if len(words) > 1 and words[end] == shared else words for words in tokens]
-    return [_read(words) for words in tokens]
+    read = [_read(words, _SIDE_OF) for words in tokens]
+    return read if any(name.side for name in read) else [_read(words, _SIDE_OF | _FRENCH_SIDES) for words in tokens]
 
 
 def _tokens(name: str) -> list[str]:
     """Return a name's words and numbers in lower case, split at changes of case, digits, separators and known words of Japanese."""
     name = unicodedata.normalize("NFKD", name.replace("ß", "ss").rpartition(":")[2].rpartition("|")[2])
     plain = "".join(letter for letter in name if not "̀" <= letter <= "ͯ")  # accents, but not the marks of kana
-    return [part for token in _TOKEN.findall(unicodedata.normalize("NFC", plain)) for part in _parts(token.lower())]
+    tokens = _TOKEN.findall(unicodedata.normalize("NFC", plain))
+    return [part for token in tokens for part in (("l", "f") if token == "LF" else _parts(token.lower()))]  # as in "LFArm", not "lf_arm"
 
 
-@cache
+@lru_cache(4096)
 def _parts(token: str) -> tuple[str, ...]:
     """Return a token, or the known words that it consists of without a separator: "rthighbend" is "r", "thigh", "bend"."""
     if token in _WORDS or token in _SIDE_OF or token in HELPER_WORDS or token.isdigit():
@@ -148,11 +154,11 @@ def _shared(tokens: list[list[str]], end: int) -> str | None:
     return None
 
 
-def _read(tokens: list[str]) -> JointName:
-    """Return side and words of a name's tokens; numbers say nothing."""
+def _read(tokens: list[str], sides: dict[str, str]) -> JointName:
+    """Return side and words of a name's tokens; numbers say nothing. ``sides`` holds the side that a token means."""
     tokens = [token for token in tokens if not token.isdigit()]
     while len(tokens) > 1 and (tokens[0] in _LEADING or _WORDS.get(tokens[0]) == ()):
         tokens.pop(0)
-    side = next((_SIDE_OF[token] for token in tokens if token in _SIDE_OF), None)
-    tokens = [token for token in tokens if token not in _SIDE_OF and (side or token not in _MIDDLE)]
+    side = next((sides[token] for token in tokens if token in sides), None)
+    tokens = [token for token in tokens if token not in sides and (side or token not in _MIDDLE)]
     return JointName(side, frozenset(word for token in tokens for word in _WORDS.get(token, (token,))))
