@@ -1,11 +1,13 @@
 """Tiny clips for tests: a motion on the 20 bodies, and the same motion as BVH on skeletons of several fashions."""
 
 import warnings
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from datasets.formats.bvh import Bvh
+from datasets.formats.bvh import Bvh, channel_values, local_pose, write_bvh
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODIES, BODY_NAMES, HINGE_COUNT, HINGE_NAMES, SKELETON, rotations_from_hinges
 
@@ -103,6 +105,18 @@ def as_bvh(
     )
 
 
+def write_two_figures(path: Path, one: Bvh, other: Bvh) -> None:
+    """Write a file with two ROOTs: two clips of the same number of frames side by side."""
+    texts = []
+    for bvh in (one, other):
+        write_bvh(path, bvh)
+        texts.append(path.read_text())
+    trees = [text[text.index("ROOT") : text.index("MOTION")] for text in texts]
+    lines = [text[text.index("MOTION") :].splitlines() for text in texts]
+    rows = [f"{left} {right}" for left, right in zip(lines[0][3:], lines[1][3:], strict=True)]
+    path.write_text("\n".join(["HIERARCHY", *trees, *lines[0][:3], *rows]))
+
+
 def _joint_name(body: str, names: dict[str, str]) -> str:
     """Return the joint's name for a body such as "thigh_l"."""
     base, _, side = body.rpartition("_")
@@ -118,3 +132,13 @@ def _depth_first() -> list[int]:
         order.append(index)
         open_.extend(reversed(SKELETON.children(index)))
     return order
+
+
+def in_axes(bvh: Bvh, axes: np.ndarray) -> Bvh:
+    """Return a file of 20 joints as another program writes it, whose axes are ``axes`` (3, 3) times this one's; a reflection mirrors it."""
+    positions, rotations = local_pose(bvh)
+    turned = axes @ Rotation.from_quat(rotations.reshape(-1, 4), scalar_first=True).as_matrix() @ axes.T
+    quaternions = Rotation.from_matrix(turned).as_quat(scalar_first=True).reshape(rotations.shape)
+    sites = tuple(tuple(tuple((axes @ site).tolist()) for site in sites) for sites in bvh.end_sites)
+    moved = replace(bvh, offsets=bvh.offsets @ axes.T, end_sites=sites)  # type: ignore[arg-type]
+    return replace(moved, values=channel_values(moved, positions @ axes.T, quaternions))

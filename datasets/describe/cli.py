@@ -17,9 +17,12 @@ from datasets.describe.picture import draw
 from datasets.imu.recording import load_performer_clip
 from datasets.library.sources import find_motion_files
 from datasets.motion.humanoid import BODY_NAMES
-from datasets.retarget.joint_mapping import OPTIONAL_BODIES, read_mapping
+from datasets.retarget.joint_mapping import OPTIONAL_BODIES, JointMapping
 from datasets.retarget.mapping_draft import JointMapError, save_draft
-from datasets.retarget.performer_clip import METRES_PER_UNIT, PerformerClip
+from datasets.retarget.performer_clip import PerformerClip, name_of_unit
+from datasets.retarget.plausibility import find_implausible
+from datasets.retarget.reading import facing
+from datasets.retarget.reading_options import add_reading_options, mapping_from_options, parse_reading
 from datasets.retarget.retarget import Retargeted, retarget
 from datasets.retarget.retarget_error import RetargetMetrics, measure_retarget
 
@@ -35,6 +38,7 @@ FAMILIES = {
 }
 MIN_WIDTH = 200  # characters in a line, where the output is no terminal
 CAPTION = """\
+unit, up, facing: as read; facing is that of the first frame. ground [m]: height of the ground in the file, found under standing feet.
 scale: our leg length over the performer's. lift [cm]: put onto all heights so that standing feet are on the ground.
 error [mm]: mean distance of our joints from the performer's scaled ones, hips aligned. world: the same with the lift.
 moving: what is left of it without each joint's mean offset, which is proportions. worst body: by error [mm].
@@ -49,19 +53,21 @@ class Description:
         path: Path of the file.
         retargeted: Clip of the file on the 20 bodies.
         fidelity: Measures of the retargeting.
+        warnings: Lines about what was guessed, or cannot be.
     """
 
     path: Path
     retargeted: Retargeted
     fidelity: RetargetMetrics
+    warnings: tuple[str, ...]
 
 
-def describe(source: Path, mapping_file: Path | None = None) -> list[Description]:
+def describe(source: Path, mapping: JointMapping | None = None) -> list[Description]:
     """Return descriptions of the files of a source.
 
     Args:
         source: BVH or MVNX file, or a folder of them.
-        mapping_file: Mapping of joints, unit and axes of all the files; what it leaves out is detected.
+        mapping: Joints, unit, axes and rate of all the files; what it leaves out is detected.
 
     Returns:
         A description for each file, sorted by path.
@@ -69,20 +75,20 @@ def describe(source: Path, mapping_file: Path | None = None) -> list[Description
     Raises:
         InputError: If there is no file, or one is broken.
     """
-    mapping = read_mapping(mapping_file) if mapping_file else None
     described = []
     for path in track(find_motion_files(source), "reading", console=Console(stderr=True), transient=True):
         retargeted = retarget(load_performer_clip(path, mapping))
-        described.append(Description(path, retargeted, measure_retarget(retargeted)))
+        warnings = (*retargeted.performer_clip.notices, *find_implausible(retargeted))
+        described.append(Description(path, retargeted, measure_retarget(retargeted), warnings))
     return described
 
 
 def table(described: list[Description]) -> Table:
     """Return a table with a row for each clip."""
     rows = Table(title="Clips on the 20 bodies", caption=Text(CAPTION), caption_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for heading in ("clip", "skeleton", "unit, up"):
+    for heading in ("clip", "skeleton", "unit, up, facing"):
         rows.add_column(heading, no_wrap=True)
-    for heading in ("1/s", "frames", "s", "scale", "lift", "error", "world", "moving"):
+    for heading in ("1/s", "frames", "s", "ground", "scale", "lift", "error", "world", "moving"):
         rows.add_column(heading, justify="right", no_wrap=True)
     for heading in ("worst body", "lowest foot", "notes"):
         rows.add_column(heading, no_wrap=heading != "notes")
@@ -101,10 +107,11 @@ def _row(description: Description) -> tuple[str, ...]:
     return (
         motion.name,
         _skeleton(performer_clip),
-        f"{_unit(performer_clip.unit)}, {performer_clip.up_axis}",
+        f"{name_of_unit(performer_clip.unit)}, {performer_clip.up_axis}, {facing(retargeted)}",
         f"{motion.fps:g}",
         str(len(motion)),
         f"{motion.seconds:.2f}",
+        f"{retargeted.ground:.2f}",
         f"{retargeted.scale:.3f}",
         f"{100 * retargeted.lift:.1f}",
         *(f"{1000 * np.nanmean(error):.0f}" for error in errors),
@@ -121,11 +128,6 @@ def _skeleton(performer_clip: PerformerClip) -> str:
     return f"{family} {len(names) - len(performer_clip.edits.added)} joints".strip()
 
 
-def _unit(metres: float) -> str:
-    """Return the name of a unit of ``metres``, or its length."""
-    return next((name for name, length in METRES_PER_UNIT.items() if length == metres), f"{metres:g} m")
-
-
 def _notes(description: Description) -> list[str]:
     """Return notes of what is unusual about a clip."""
     retargeted, fidelity = description.retargeted, description.fidelity
@@ -133,6 +135,7 @@ def _notes(description: Description) -> list[str]:
     lacking = [body for body in OPTIONAL_BODIES if body not in performer_clip.joint_map]
     locked = [f"{BODY_NAMES[body]} {share:.1%}" for body, share in enumerate(fidelity.near_lock) if share > 0.005]
     notes = {
+        "left and right exchanged": performer_clip.mapping.mirror,
         f"T-pose dropped ({performer_clip.dropped_frames} frames)": performer_clip.dropped_frames,
         f"no {', '.join(lacking)}": lacking,
         "rest pose not human": not calibration.rest_is_human,
@@ -160,14 +163,14 @@ def main(arguments: list[str] | None = None, prog: str = "python -m datasets.des
     parser = argparse.ArgumentParser(prog=prog, description="Say what motion files are and how they retarget.")
     parser.add_argument("path", type=Path, help="a BVH or MVNX file, or a folder of them")
     parser.add_argument("--out", type=Path, help="folder for a picture of each clip")
-    parser.add_argument("--mapping", type=Path, help="YAML file that names joints, unit or up axis, such as 'thigh_l: LeftUpLeg'")
-    options = parser.parse_args(arguments)
+    add_reading_options(parser)
+    options = parse_reading(parser, arguments)
     return run_command(lambda: _run(options))
 
 
 def _run(options: argparse.Namespace) -> None:
     try:
-        described = describe(options.path, options.mapping)
+        described = describe(options.path, mapping_from_options(options))
     except JointMapError as error:
         raise save_draft(error, error.clip, Path()) from error
     if options.out:
@@ -177,5 +180,5 @@ def _run(options: argparse.Namespace) -> None:
         console = Console(width=max(console.width, MIN_WIDTH))
     console.print(table(described))
     for description in described:
-        for notice in description.retargeted.performer_clip.notices:
-            console.print(Text(f"{description.path.name}: {notice}"), soft_wrap=True)
+        for warning in description.warnings:
+            console.print(Text(f"{description.path.name}: {warning}"), soft_wrap=True)

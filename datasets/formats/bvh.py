@@ -7,8 +7,8 @@ angles in degrees and axes as they are.
 
 import os
 import warnings
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from decimal import Decimal
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from configs.atomic_file import atomic_write
 from configs.errors import InputError
+from datasets.formats.bvh_channels import find_relative_positions, position_columns, rotation_columns
 from datasets.formats.bvh_parser import Vector, parse_bvh
 
 
@@ -32,6 +33,10 @@ class Bvh:
         end_sites: OFFSETs of each joint's End Sites [file unit]: none inside the tree, usually one at a leaf.
         frame_time: Time from frame to frame [s].
         values: Channel values in the file's order [file unit, degrees], shape (T, C).
+        repeated_names: Joint -> its name in the file, of joints whose name another has; ``names`` tells them apart.
+        relative_positions: Joints whose position channels are differences from OFFSET instead of positions.
+        encoding: Encoding in which the names are written.
+        notices: Lines for the user on what was guessed or mended in the file.
     """
 
     names: tuple[str, ...]
@@ -41,42 +46,56 @@ class Bvh:
     end_sites: tuple[tuple[Vector, ...], ...]
     frame_time: float
     values: np.ndarray
+    repeated_names: Mapping[int, str] = field(default_factory=dict)
+    relative_positions: tuple[int, ...] = ()
+    encoding: str = "utf-8"
+    notices: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Freeze and check the arrays."""
         joints = len(self.names)
         _depths(self.parents)
-        for field, columns in (("offsets", 3), ("values", sum(map(len, self.channels)))):
-            table = np.array(getattr(self, field), dtype=float)
+        for name, columns in (("offsets", 3), ("values", sum(map(len, self.channels)))):
+            table = np.array(getattr(self, name), dtype=float)
             if table.ndim != 2 or table.shape[1] != columns or not np.isfinite(table).all():
-                raise ValueError(f"{field} of shape {table.shape} should be finite numbers in {columns} columns")
+                raise ValueError(f"{name} of shape {table.shape} should be finite numbers in {columns} columns")
             table.setflags(write=False)
-            object.__setattr__(self, field, table)
+            object.__setattr__(self, name, table)
         if not joints == len(self.parents) == len(self.offsets) == len(self.channels) == len(self.end_sites):
             raise ValueError(f"parents, offsets, channels and end_sites should have one entry for each of {joints} joints")
 
 
-def read_bvh(path: str | os.PathLike[str]) -> Bvh:
+def read_bvh(path: str | os.PathLike[str], figure: int | None = None) -> Bvh:
     """Read and check a BVH file.
 
     Args:
-        path: BVH file; UTF-8 text of at most 256 MiB.
+        path: BVH file; text of at most 256 MiB.
+        figure: Number of the figure to read, from 1, in a file with several ROOTs.
 
     Returns:
-        Contents of the file.
+        Contents of the file, with notices of what was guessed or mended.
 
     Raises:
-        InputError: If the file cannot be read or is not a whole and sane BVH; names the line.
+        InputError: If the file cannot be read or is not a whole and sane BVH, or no figure of several was chosen; names the line.
     """
-    tree, frame_time, values = parse_bvh(Path(path))
+    parsed = parse_bvh(Path(path), figure)
+    tree = parsed.tree
+    offsets = np.array(tree.offsets, dtype=float)
+    channels = tuple(channels or () for channels in tree.channels)
+    relative = find_relative_positions(offsets, channels, parsed.values)
+    told = f"Position channels of {len(relative)} joints are zero or small beside OFFSET: they were taken as differences from it."
     return Bvh(
         tuple(tree.names),
         tuple(tree.parents),
-        np.array(tree.offsets, dtype=float),
-        tuple(channels or () for channels in tree.channels),
+        offsets,
+        channels,
         tuple(tuple(offsets) for offsets in tree.end_sites),
-        frame_time,
-        values,
+        parsed.frame_time,
+        parsed.values,
+        tree.repeated_names,
+        relative,
+        parsed.encoding,
+        (*parsed.notices, *([told] if relative else [])),
     )
 
 
@@ -92,7 +111,7 @@ def write_bvh(path: str | os.PathLike[str], bvh: Bvh) -> None:
     """
     path = Path(path)
     try:
-        with atomic_write(path) as temporary, temporary.open("w", encoding="utf-8", newline="\n") as file:
+        with atomic_write(path) as temporary, temporary.open("w", encoding=bvh.encoding, newline="\n") as file:
             file.writelines(f"{line}\n" for line in _lines(bvh))
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror}); give a file in a writable folder") from error
@@ -101,8 +120,8 @@ def write_bvh(path: str | os.PathLike[str], bvh: Bvh) -> None:
 def local_pose(bvh: Bvh) -> tuple[np.ndarray, np.ndarray]:
     """Return the local positions and rotations of every joint from the channels.
 
-    A position channel replaces that component of the joint's OFFSET. Rotations are applied about the moving axes in the
-    order of the channels: "Zrotation Xrotation Yrotation" is the matrix product Z X Y.
+    A position channel replaces that component of the joint's OFFSET, or is added to it where ``relative_positions`` says so. Rotations are
+    applied about the moving axes in the order of the channels: "Zrotation Xrotation Yrotation" is the matrix product Z X Y.
 
     Args:
         bvh: Contents of a file.
@@ -111,11 +130,12 @@ def local_pose(bvh: Bvh) -> tuple[np.ndarray, np.ndarray]:
         Positions in the parent's frame [file unit], shape (T, J, 3), and rotations relative to the parent, wxyz, shape (T, J, 4).
     """
     positions = np.tile(bvh.offsets, (len(bvh.values), 1, 1))
-    for joint, axis, column in _position_columns(bvh):
-        positions[:, joint, axis] = bvh.values[:, column]
+    origins = _position_origins(bvh)
+    for joint, axis, column in position_columns(bvh.channels):
+        positions[:, joint, axis] = origins[joint, axis] + bvh.values[:, column]
     rotations = np.zeros((*positions.shape[:2], 4))
     rotations[..., 0] = 1.0
-    for order, (joints, columns) in _rotation_columns(bvh).items():
+    for order, (joints, columns) in rotation_columns(bvh.channels).items():
         angles = bvh.values[:, columns]  # (T, joints, axes)
         turned = Rotation.from_euler(order, angles.reshape(-1, len(order)), degrees=True)
         rotations[:, joints] = turned.as_quat(scalar_first=True).reshape(*angles.shape[:2], 4)
@@ -137,9 +157,10 @@ def channel_values(bvh: Bvh, local_positions: np.ndarray, local_rotations: np.nd
         Values in the file's order [file unit, degrees], shape (T, C).
     """
     values = bvh.values.copy()
-    for joint, axis, column in _position_columns(bvh):
-        values[:, column] = local_positions[:, joint, axis]
-    for order, (joints, columns) in _rotation_columns(bvh).items():
+    origins = _position_origins(bvh)
+    for joint, axis, column in position_columns(bvh.channels):
+        values[:, column] = local_positions[:, joint, axis] - origins[joint, axis]
+    for order, (joints, columns) in rotation_columns(bvh.channels).items():
         turned = Rotation.from_quat(local_rotations[:, joints].reshape(-1, 4), scalar_first=True)
         own = bvh.values[:, columns]  # (T, joints, axes)
         values[:, columns] = _nearest_angles(turned, order, own.reshape(-1, len(order))).reshape(own.shape)
@@ -161,29 +182,9 @@ def _nearest_angles(rotations: Rotation, order: str, own: np.ndarray) -> np.ndar
     return candidates[best, np.arange(len(own)), :kept]
 
 
-def _columns(bvh: Bvh) -> Iterator[tuple[int, str, int]]:
-    """Yield joint, channel name and column of ``values`` of every channel."""
-    every = ((joint, channel) for joint, channels in enumerate(bvh.channels) for channel in channels)
-    return ((joint, channel, column) for column, (joint, channel) in enumerate(every))
-
-
-def _position_columns(bvh: Bvh) -> Iterator[tuple[int, int, int]]:
-    """Yield joint, axis (0, 1, 2) and column of every position channel."""
-    return ((joint, "XYZ".index(channel[0]), column) for joint, channel, column in _columns(bvh) if channel.endswith("position"))
-
-
-def _rotation_columns(bvh: Bvh) -> dict[str, tuple[list[int], list[list[int]]]]:
-    """Return for each order of axes, such as "ZXY", the joints that rotate in it and the columns of each of them."""
-    axes: dict[int, list[tuple[str, int]]] = {}
-    for joint, channel, column in _columns(bvh):
-        if channel.endswith("rotation"):
-            axes.setdefault(joint, []).append((channel[0], column))
-    groups: dict[str, tuple[list[int], list[list[int]]]] = {}
-    for joint, turns in axes.items():
-        joints, columns = groups.setdefault("".join(axis for axis, _ in turns), ([], []))
-        joints.append(joint)
-        columns.append([column for _, column in turns])
-    return groups
+def _position_origins(bvh: Bvh) -> np.ndarray:
+    """Return what the position channels of each joint are measured from, in the parent's frame [file unit], shape (J, 3)."""
+    return np.where(np.isin(np.arange(len(bvh.names)), bvh.relative_positions)[:, None], bvh.offsets, 0.0)
 
 
 def _depths(parents: tuple[int, ...]) -> list[int]:
@@ -206,7 +207,7 @@ def _lines(bvh: Bvh) -> Iterator[str]:
     depths = _depths(bvh.parents)
     for joint, depth in enumerate(depths):
         tabs = "\t" * depth
-        yield f"{tabs}{'JOINT' if joint else 'ROOT'} {bvh.names[joint]}"
+        yield f"{tabs}{'JOINT' if joint else 'ROOT'} {bvh.repeated_names.get(joint, bvh.names[joint])}"
         yield f"{tabs}{{"
         yield f"{tabs}\tOFFSET {_numbers(bvh.offsets[joint].tolist())}"
         yield " ".join([f"{tabs}\tCHANNELS", str(len(bvh.channels[joint])), *bvh.channels[joint]])

@@ -1,43 +1,49 @@
 """Parser of BVH text: checks every line, trusts no count before its values were read, and bounds memory by the file's size.
 
-Accepts what real files have: any white space and line ends, keywords in any case, a byte order mark, frames wrapped over
-several lines, names with blanks, joints with none, one or several End Sites and with any channels.
+Accepts what real files have: any white space and line ends, keywords in any case, comment lines, decimal commas, a number of frames that is
+wrong, frames wrapped over several lines, a last frame cut off, names with blanks or given twice, joints with none, one or several End Sites
+and with any channels. Whatever was guessed or mended is put into a notice.
 """
 
 import re
-from array import array
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NoReturn, TextIO
 
 import numpy as np
 
 from configs.errors import InputError
+from datasets.formats.bvh_rows import fill_missing_values, read_frames
+from datasets.formats.bvh_text import LATIN_1, SHIFT_JIS, UTF_8, Reader, find_encoding, quote
 
-CHANNELS = tuple(f"{axis}{kind}" for kind in ("position", "rotation") for axis in "XYZ")
+CHANNELS = tuple(f"{axis}{kind}" for kind in ("position", "rotation", "scale") for axis in "XYZ")
 MAX_BYTES = 256 * 2**20  # of a file; ten minutes of a suit with 59 joints of six channels at 125 Hz
-MAX_LINE = 2**20  # characters in a line
-MAX_LINES = 5_000_000  # in a file; eleven hours at 120 frames per second
-MAX_VALUES = 2**25  # of all channels, 256 MiB in memory
 MAX_NODES = 1000  # joints and end sites; the largest real skeleton seen has 165 joints
 MAX_NAME = 200  # characters in a joint's name
 MAX_DEPTH = 100  # joints from the root to a leaf
-MAX_MAGNITUDE = 1e6  # of an offset or a channel: 1 km in millimetres, 2,777 turns
 MIN_FRAME_TIME, MAX_FRAME_TIME = 1e-4, 1.0  # s
+MAX_SCALE_ERROR = 0.01  # from one, up to which a scale channel says nothing
+_MAX_LISTED = 4  # names in a notice
+
+_END_SITE = re.compile(r"END[_-]?SITE", re.IGNORECASE)
+_FRAME_TIME = re.compile(r"frame[\s_-]*time\s*[:=]?\s*(\S+)(\s*s(ec(onds?)?)?)?", re.IGNORECASE)
+_FRAME_RATE = re.compile(r"(?:frame[\s_-]*rate|frames[\s_-]*per[\s_-]*second|fps)\s*[:=]?\s*(\S+)(\s*(fps|hz))?", re.IGNORECASE)
+_FRAMES = re.compile(r"(?:num(?:ber)?[\s_-]*of[\s_-]*)?frames?(?:[\s_-]*count)?\s*[:=]?\s*(\S*)", re.IGNORECASE)
 
 Vector = tuple[float, float, float]
 
 
 @dataclass
 class Tree:
-    """HIERARCHY of a file, one entry for each joint in the file's order.
+    """HIERARCHY of a figure, one entry for each joint in the file's order.
 
     Attributes:
-        names: Joint names.
+        names: Joint names, made unique.
         parents: Index of each joint's parent, -1 for the root.
         offsets: OFFSET of each joint [file unit], None until it was read.
         channels: Channels of each joint, None until they were read.
         end_sites: OFFSETs of each joint's End Sites [file unit].
+        repeated_names: Joint -> its name in the file, of joints whose name another had before.
+        end_site_names: Names of End Sites that have one.
     """
 
     names: list[str] = field(default_factory=list)
@@ -45,97 +51,49 @@ class Tree:
     offsets: list[Vector | None] = field(default_factory=list)
     channels: list[tuple[str, ...] | None] = field(default_factory=list)
     end_sites: list[list[Vector]] = field(default_factory=list)
+    repeated_names: dict[int, str] = field(default_factory=dict)
+    end_site_names: list[str] = field(default_factory=list)
 
     def nodes(self) -> int:
         """Return the number of joints and end sites."""
         return len(self.names) + sum(map(len, self.end_sites))
 
-
-class _Reader:
-    """Reader of a file's lines and words, which knows the number of the current line."""
-
-    def __init__(self, path: Path, file: TextIO) -> None:
-        self.path, self.file, self.number, self.words = path, file, 0, []
-
-    def fail(self, problem: str, line: int | None = None) -> NoReturn:
-        """Raise an InputError that names the line: the current one unless another is given."""
-        raise InputError(f"{self.path}, line {line or max(self.number, 1)}: {problem}")
-
-    def line(self) -> str:
-        """Return the next line, empty at the end of the file."""
-        line = self.file.readline(MAX_LINE)
-        self.number += bool(line)
-        if len(line) == MAX_LINE or self.number > MAX_LINES:
-            self.fail(f"a BVH file has one frame a line, at most {MAX_LINES} lines and fewer than {MAX_LINE} characters in each")
-        return line
-
-    def rest(self, expected: str) -> list[str]:
-        """Take the words left of the current line, or those of the next line that has any."""
-        while not self.words:
-            line = self.line()
-            if not line:
-                self.fail(f"the file ends where {expected} should stand")
-            self.words = line.replace("{", " { ").replace("}", " } ").split()
-        words, self.words = self.words, []
-        return words
-
-    def word(self, expected: str) -> str:
-        """Take the next word."""
-        word, *self.words = self.rest(expected)
-        return word
-
-    def expect(self, keyword: str) -> None:
-        """Take a word that must be this keyword, in upper or lower case."""
-        word = self.word(keyword)
-        if word.upper() != keyword:
-            self.fail(f"{quote(word)} stands where {keyword} should stand")
-
-    def number_after(self, label: str, pattern: str) -> str:
-        """Take a line such as "Frames: 12" and return what follows the label."""
-        text = " ".join(self.rest(label))
-        found = re.fullmatch(pattern + r"\s*:?\s*(\S+)", text, re.IGNORECASE)
-        if not found:
-            self.fail(f"{quote(text)} stands where '{label} NUMBER' should stand")
-        return found[1]
-
-    def vector(self) -> Vector:
-        """Take three numbers."""
-        x, y, z = (self.real(self.word("three numbers after OFFSET")) for _ in range(3))
-        return x, y, z
-
-    def real(self, word: str) -> float:
-        """Return the number that a word means."""
-        try:
-            value = float(word)
-        except ValueError:
-            self.fail(f"{quote(word)} is not a number")
-        if not abs(value) <= MAX_MAGNITUDE:
-            self.fail(f"{quote(word)} is out of range; numbers should lie within {MAX_MAGNITUDE:.0e}")
-        return value
-
-    def whole(self, word: str, what: str, most: int) -> int:
-        """Return the whole number from 0 to ``most`` that a word means."""
-        if not re.fullmatch("[0-9]{1,18}", word) or int(word) > most:
-            self.fail(f"{quote(word)} is not a possible {what}; it should be a whole number up to {most}")
-        return int(word)
+    def channel_names(self) -> list[str]:
+        """Return the name of each channel, in the order of the values."""
+        return [channel for channels in self.channels for channel in channels or ()]
 
 
-def quote(text: str) -> str:
-    """Return text from a file in quotes for a message: short, printable, on one line."""
-    return ascii(text if len(text) <= 40 else text[:40] + "...")
+@dataclass(frozen=True)
+class ParsedBvh:
+    """One figure of a file.
+
+    Attributes:
+        tree: The hierarchy.
+        frame_time: Time from frame to frame [s].
+        values: Values in the file's order [file unit, degrees], shape (T, C).
+        encoding: Encoding in which its names can be written so that they are the file's, byte for byte where that is no Unicode.
+        notices: What was guessed or mended, a line each.
+    """
+
+    tree: Tree
+    frame_time: float
+    values: np.ndarray
+    encoding: str
+    notices: list[str]
 
 
-def parse_bvh(path: Path) -> tuple[Tree, float, np.ndarray]:
+def parse_bvh(path: Path, figure: int | None = None) -> ParsedBvh:
     """Parse a whole file.
 
     Args:
         path: BVH file; text of at most 256 MiB.
+        figure: Number of the figure to take, from 1, in a file with several ROOTs.
 
     Returns:
-        The hierarchy, the frame time [s] and the values in the file's order (T, C) [file unit, degrees].
+        The figure.
 
     Raises:
-        InputError: If the file cannot be read or is not a whole and sane BVH; names the line.
+        InputError: If the file cannot be read or is not a whole and sane BVH, or no figure of several was chosen; names the line.
     """
     try:
         if not path.is_file():
@@ -144,25 +102,74 @@ def parse_bvh(path: Path) -> tuple[Tree, float, np.ndarray]:
         size = path.stat().st_size
         if not 0 < size <= MAX_BYTES:
             raise InputError(f"{path}: {size} bytes long; a BVH file has at least one and at most {MAX_BYTES}")
-        # Undecodable bytes pass as surrogates, so that the line in which they stand can be named.
-        with path.open(encoding="utf-8-sig", errors="surrogateescape") as file:
-            reader = _Reader(path, file)
-            tree = _hierarchy(reader)
-            return tree, *_motion(reader, sum(len(channels or ()) for channels in tree.channels), size)
+        encoding = find_encoding(path)
+        # Nothing but a last character that is cut off is left that could be ignored.
+        with path.open(encoding=encoding, errors="ignore") as file:
+            return _parse(Reader(path, file), encoding, figure)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}); give the path of a readable BVH file") from error
 
 
-def _hierarchy(reader: _Reader) -> Tree:
-    """Parse the lines from HIERARCHY to MOTION and return the tree."""
-    tree = Tree()
+def _parse(reader: Reader, encoding: str, figure: int | None) -> ParsedBvh:
+    """Parse a whole file with a reader at its beginning."""
+    trees = _hierarchy(reader)
+    chosen = _choose(reader, trees, figure)
+    tree, widths = trees[chosen], [len(tree.channel_names()) for tree in trees]
+    if not widths[chosen]:
+        reader.fail("no joint has a channel; the hierarchy should have CHANNELS")
+    promised, frame_time = _motion_header(reader)
+    frames = read_frames(reader, promised, sum(widths))
+    first = sum(widths[:chosen])
+    frames = frames._replace(values=frames.values[:, first : first + widths[chosen]])
+    values = fill_missing_values(reader, frames, tree.channel_names(), frame_time)
+    plain = "".join(tree.names).isascii()
+    notices = [*_encoding_notices(encoding, plain), *_tree_notices(tree), *_scale_notices(tree, values), *reader.notices]
+    if len(trees) > 1:
+        notices.insert(
+            0, f"Figure {chosen + 1} of {len(trees)} was read, with the root {quote(tree.names[0])}; what is written holds it alone."
+        )
+    if reader.decimal_comma:
+        notices.append("Numbers have decimal commas: '1,5' was read as 1.5.")
+    if reader.comments:
+        notices.append(f"Comments (in {reader.comments} lines) are not kept in what is written.")
+    kept = encoding if encoding in (SHIFT_JIS, LATIN_1) and not plain else "utf-8"
+    return ParsedBvh(tree, frame_time, values, kept, notices)
+
+
+def _choose(reader: Reader, trees: list[Tree], figure: int | None) -> int:
+    """Return the index of the figure to take."""
+    roots = ", ".join(f"{number} ({quote(tree.names[0])})" for number, tree in enumerate(trees[:_MAX_LISTED], start=1))
+    held = f"the file holds {len(trees)} figures, {roots}" if len(trees) > 1 else "the file holds one figure"
+    if figure is None and len(trees) > 1:
+        raise InputError(f"{reader.path}: {held}; choose one, such as '--figure 1' of clean and describe")
+    chosen = 1 if figure is None else figure
+    if not 1 <= chosen <= len(trees):
+        raise InputError(f"{reader.path}: --figure {figure} should be from 1 to {len(trees)}: {held}")
+    return chosen - 1
+
+
+def _hierarchy(reader: Reader) -> list[Tree]:
+    """Parse the lines from HIERARCHY to MOTION and return the tree of each figure."""
+    trees: list[Tree] = []
     reader.expect("HIERARCHY")
     reader.expect("ROOT")
+    while True:
+        trees.append(_figure(reader, MAX_NODES - sum(tree.nodes() for tree in trees)))
+        word = reader.word("MOTION").upper()
+        if word == "MOTION":
+            return trees
+        if word != "ROOT":
+            reader.fail(f"{quote(word)} stands where MOTION should stand")
+
+
+def _figure(reader: Reader, most: int) -> Tree:
+    """Parse a ROOT, up to its '}', of at most ``most`` joints and end sites."""
+    tree = Tree()
     open_joints = [_open_joint(reader, tree, -1)]
     while open_joints:
         joint = open_joints[-1]
         word = reader.word(f"the '}}' of joint {quote(tree.names[joint])}")
-        match word.upper():
+        match "END" if _END_SITE.fullmatch(word) else word.upper():
             case "OFFSET" if tree.offsets[joint] is None:
                 tree.offsets[joint] = reader.vector()
             case "CHANNELS" if tree.channels[joint] is None and joint == len(tree.names) - 1:
@@ -170,47 +177,51 @@ def _hierarchy(reader: _Reader) -> Tree:
             case "JOINT":
                 open_joints.append(_open_joint(reader, tree, joint))
             case "END":
-                tree.end_sites[joint].append(_end_site(reader))
+                if not _END_SITE.fullmatch(word):
+                    reader.expect("SITE")
+                tree.end_sites[joint].append(_end_site(reader, tree))
             case "}":
                 open_joints.pop()
             case _:
                 reader.fail(f"{quote(word)} stands where one OFFSET, one CHANNELS, then JOINT, End Site or '}}' should stand")
         if word == "}" and tree.offsets[joint] is None:
             reader.fail(f"joint {quote(tree.names[joint])} ends without OFFSET X Y Z")
-        if tree.nodes() > MAX_NODES or len(open_joints) > MAX_DEPTH:
+        if tree.nodes() > most or len(open_joints) > MAX_DEPTH:
             reader.fail(f"more than {MAX_NODES} joints and end sites, or {MAX_DEPTH} inside each other: not a person's skeleton")
-    reader.expect("MOTION")
     return tree
 
 
-def _open_joint(reader: _Reader, tree: Tree, parent: int) -> int:
+def _open_joint(reader: Reader, tree: Tree, parent: int) -> int:
     """Take a joint's name and '{', add it to the tree and return its index."""
-    words = reader.rest("a joint's name")
-    end = words.index("{") if "{" in words else len(words)
-    name, reader.words = " ".join(words[:end]), words[end:]
-    if not 0 < len(name) <= MAX_NAME or not name.isprintable() or "}" in words[:end]:
-        reader.fail(f"{quote(' '.join(words))} stands where a joint's name in UTF-8, of at most {MAX_NAME} characters, should stand")
-    if name in tree.names:
-        reader.fail(f"a second joint is called {quote(name)}; names should be unique")
+    name, joint = reader.name("a joint's name"), len(tree.names)
+    if not 0 < len(name) <= MAX_NAME or not name.isprintable() or "}" in name:
+        known = "UTF-8, UTF-16, Shift-JIS or Latin-1"
+        reader.fail(f"{quote(name)} stands where a joint's name in {known}, of at most {MAX_NAME} characters, should stand")
     reader.expect("{")
+    if name in tree.names:
+        tree.repeated_names[joint] = name
+        taken = set(tree.names)
+        name = next(other for number in range(2, MAX_NODES + 2) if (other := f"{name}_{number}") not in taken)
     tree.names.append(name)
     tree.parents.append(parent)
     tree.offsets.append(None)
     tree.channels.append(None)
     tree.end_sites.append([])
-    return len(tree.names) - 1
+    return joint
 
 
-def _end_site(reader: _Reader) -> Vector:
-    """Take the rest of an End Site and return its OFFSET."""
-    for keyword in ("SITE", "{", "OFFSET"):
+def _end_site(reader: Reader, tree: Tree) -> Vector:
+    """Take the rest of an End Site, which may have a name, and return its OFFSET."""
+    if name := reader.name("'{'"):
+        tree.end_site_names.append(name)
+    for keyword in ("{", "OFFSET"):
         reader.expect(keyword)
     offset = reader.vector()
     reader.expect("}")
     return offset
 
 
-def _channels(reader: _Reader) -> tuple[str, ...]:
+def _channels(reader: Reader) -> tuple[str, ...]:
     """Take a count and that many channel names; return them in their usual spelling."""
     count = reader.whole(reader.word("a number of channels"), "number of channels", len(CHANNELS))
     words = [reader.word("a channel").capitalize() for _ in range(count)]
@@ -220,42 +231,67 @@ def _channels(reader: _Reader) -> tuple[str, ...]:
     return tuple(words)
 
 
-def _motion(reader: _Reader, width: int, size: int) -> tuple[float, np.ndarray]:
-    """Parse the lines after MOTION and return the frame time [s] and the values (T, width); ``size`` is the file's [bytes]."""
-    if not width:
-        reader.fail("no joint has a channel; the hierarchy should have CHANNELS")
-    frames = reader.whole(reader.number_after("Frames:", "frames"), "number of frames", min(size // 2, MAX_VALUES) // width + 1)
-    if not frames:
-        reader.fail("there are no frames; a clip should have at least one")
-    frame_time = reader.real(reader.number_after("Frame Time:", r"frame\s*time"))
-    if not MIN_FRAME_TIME <= frame_time <= MAX_FRAME_TIME:
-        reader.fail(f"a frame time of {frame_time:g} s; it should lie from {MIN_FRAME_TIME:g} to {MAX_FRAME_TIME:g}")
-    return frame_time, _values(reader, frames, width)
+def _motion_header(reader: Reader) -> tuple[str, float]:
+    """Parse the lines before the first row and return what stands for the number of frames, and the frame time [s]."""
+    promised, frame_time, rate = "", None, None
+    while True:
+        words = reader.rest("'Frame Time: NUMBER'" if frame_time is None else "the first frame")
+        text = " ".join(words)
+        if found := _FRAME_TIME.fullmatch(text):
+            frame_time = reader.real(found[1])
+            if not MIN_FRAME_TIME <= frame_time <= MAX_FRAME_TIME:
+                reader.fail(f"a frame time of {frame_time:g} s; it should lie from {MIN_FRAME_TIME:g} to {MAX_FRAME_TIME:g}")
+        elif found := _FRAME_RATE.fullmatch(text):
+            rate = reader.real(found[1])
+            if not 1 / MAX_FRAME_TIME <= rate <= 1 / MIN_FRAME_TIME:
+                reader.fail(f"a frame rate of {rate:g}; it should lie from {1 / MAX_FRAME_TIME:g} to {1 / MIN_FRAME_TIME:g}")
+        elif found := _FRAMES.fullmatch(text):
+            promised = found[1]
+        else:
+            break
+    reader.words = words
+    if frame_time is None:
+        if rate is None:
+            reader.fail(f"{quote(text)} stands where 'Frame Time: NUMBER' should stand")
+        frame_time = 1 / rate
+        reader.notices.append(f"There is no 'Frame Time:'; it was taken as one second over the frame rate, {rate:g}.")
+    return promised, frame_time
 
 
-def _values(reader: _Reader, frames: int, width: int) -> np.ndarray:
-    """Parse the rest of the file and return its values (frames, width)."""
-    before = reader.number
-    values, ends = array("d"), array("q")  # ends: number of values up to the end of each line
-    while len(values) <= frames * width and (line := reader.line()):
-        try:
-            values.extend(map(float, line.split()))
-        except ValueError:
-            for word in line.split():
-                reader.real(word)
-        ends.append(len(values))
-    counts = np.diff(np.array(ends), prepend=0)
-    uneven = np.flatnonzero((counts > 0) & (counts != width))
-    wrapped = np.count_nonzero(counts) != frames  # then frames may run over lines, if there are enough values in all
-    if len(uneven) and not (wrapped and len(values) == frames * width):
-        line = int(uneven[0])
-        reader.fail(f"{counts[line]} values where each of {frames} frames should have {width}", before + 1 + line)
-    if len(values) != frames * width:
-        found = f"the file ends after {len(values) // width}" if len(values) < frames * width else "more follow"
-        reader.fail(f"'Frames:' promises {frames} frames of {width} values, but {found}")
-    numbers = np.array(values)
-    wild = np.flatnonzero(~(np.abs(numbers) <= MAX_MAGNITUDE))
-    if len(wild):
-        line = before + 1 + int(np.searchsorted(ends, wild[0], side="right"))
-        reader.fail(f"the value {numbers[wild[0]]:g} is out of range; values should lie within {MAX_MAGNITUDE:.0e}", line)
-    return numbers.reshape(frames, width)
+def _encoding_notices(encoding: str, plain: bool) -> list[str]:
+    """Return what a person should know of a file's encoding; ``plain`` says that its joint names are ASCII."""
+    if encoding not in (UTF_8, SHIFT_JIS, LATIN_1):
+        return [f"The file is {encoding.upper()} text, not UTF-8; what is written is UTF-8."]
+    if encoding == UTF_8 or plain:
+        return []
+    taken = "Shift-JIS" if encoding == SHIFT_JIS else "Latin-1"
+    return [f"Joint names are not UTF-8; they were read as {taken} and are written as such. If they look wrong, save the file as UTF-8."]
+
+
+def _tree_notices(tree: Tree) -> list[str]:
+    """Return what a person should know of names in a hierarchy."""
+    notices = []
+    if tree.repeated_names:
+        told = [
+            f"{quote(name)} under {quote(tree.names[tree.parents[joint]])} is called {quote(tree.names[joint])} here"
+            for joint, name in tree.repeated_names.items()
+        ]
+        notices.append(f"Joint names stand twice: {_list(told)}; what is written has the names of the file.")
+    if tree.end_site_names:
+        told = [quote(name) for name in dict.fromkeys(tree.end_site_names)]
+        notices.append(f"Names of End Sites ({_list(told)}) are not kept in what is written.")
+    return notices
+
+
+def _scale_notices(tree: Tree, values: np.ndarray) -> list[str]:
+    """Return what a person should know of scale channels that are not one."""
+    scales = [column for column, channel in enumerate(tree.channel_names()) if channel.endswith("scale")]
+    if not scales or np.abs(values[:, scales] - 1).max() <= MAX_SCALE_ERROR:
+        return []
+    furthest = float(values[:, scales].flat[np.abs(values[:, scales] - 1).argmax()])
+    return [f"Scale channels are ignored, though they go up to a scale of {furthest:g}; without them bones may have other lengths."]
+
+
+def _list(told: list[str]) -> str:
+    """Return the first things of a list, and how many more there are."""
+    return ", ".join(told[:_MAX_LISTED]) + (f" and {len(told) - _MAX_LISTED} more" if len(told) > _MAX_LISTED else "")

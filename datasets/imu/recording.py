@@ -61,7 +61,10 @@ def read_imu_recording(path: str | os.PathLike[str], mapping: JointMapping | Non
 
 
 def load_performer_clip(path: Path, mapping: JointMapping | None = None) -> PerformerClip:
-    """Return the clip of a BVH or MVNX file on its own skeleton; errors are those of ``load_performer_bvh`` and ``read_mvnx``."""
+    """Return the clip of a BVH or MVNX file on its own skeleton; arguments and errors are those of ``load_performer_bvh``.
+
+    An MVNX file holds one figure, whichever is asked for.
+    """
     return (
         performer_clip_from_mvnx(read_mvnx(path), path.stem, mapping)
         if path.suffix.lower() == ".mvnx"

@@ -31,6 +31,12 @@ REST_BONE_DIRECTIONS = {
     "upper_arm_l": (0, 1.0, 0),
     "upper_arm_r": (0, -1.0, 0),
 }  # from the body to the next one at rest
+TORSO_PARENTS = {"spine": "pelvis", "chest": "spine", "head": "chest", "collar_l": "chest", "collar_r": "chest"}
+# How far a rest pose is believed; real clips: 94 of the kinds in docs/data.md
+MAX_MEAN_BEND = np.radians(50.0)  # rad, of a spine's joint on average in upright frames, without its twist; 42 at most in real clips
+MAX_COLLAR_ERROR = np.radians(3.0)  # rad, of a collar bone at rest from where it is in the motion: then either will do
+MAX_COLLAR_SLOPE = np.radians(4.0)  # rad, from sideways, of the collar bones of a rig that is drawn in a T-pose
+MIN_COLLAR_GAIN = np.radians(15.0)  # rad, by which another one's are to be more sideways at rest than in the motion
 UPRIGHT_SHARE = 0.3  # of the frames, the most upright ones, which replace a rest pose
 PRIOR_WEIGHT = 0.02  # of the rest pose's bend axis; a steady bend of 8 degrees has the same weight
 STANCE_SPEED = 0.25  # m/s, below which a foot stands
@@ -93,6 +99,7 @@ def calibrate_performer(performer_clip: PerformerClip, world: WorldPoses, foot_t
     frames = {body: _mean_relative(reference.rotations[body], forward) for body in TORSO if body in reference.rotations}
     if not rest_is_human:
         frames = {body: _snap(frame) for body, frame in frames.items()}
+    frames = _without_bent_rest(frames, world)
     axes = {body: _bend_axis(body, world, reference, forward) for body in LIMB_HINGES}
     stands = np.stack([_stance(side, world, foot_tips[f"foot_{side}"], performer_clip.motion.fps) for side in "lr"], axis=-1)
     for side, standing in zip("lr", stands.T, strict=True):
@@ -117,16 +124,16 @@ def _lateral(world: WorldPoses) -> np.ndarray:
 
 
 def _is_standing(rest: WorldPoses) -> bool:
-    """Return whether a pose of one frame is that of a standing human: feet below hips below head, left and right alike."""
+    """Return whether a pose of one frame is that of a standing human, on bent knees or not: feet below hips below head, sides alike."""
     at = {body: position[0] for body, position in rest.positions.items()}
     hips, ankles = (0.5 * (at[f"{part}_l"] + at[f"{part}_r"]) for part in ("thigh", "foot"))
     leg = np.linalg.norm(at["shin_l"] - at["thigh_l"]) + np.linalg.norm(at["foot_l"] - at["shin_l"])
     lateral = at["thigh_l"] - at["thigh_r"]
     arms = at["upper_arm_l"] - at["upper_arm_r"]
     return bool(
-        hips[2] - ankles[2] > 0.8 * leg
+        hips[2] - ankles[2] > 0.4 * leg
         and at["head"][2] - hips[2] > 0.4 * leg
-        and np.linalg.norm((ankles - hips)[:2]) < 0.2 * leg
+        and np.linalg.norm((ankles - hips)[:2]) < 0.6 * leg
         and abs(lateral[2]) < 0.2 * np.linalg.norm(lateral)
         and lateral @ arms > 0.9 * np.linalg.norm(lateral) * np.linalg.norm(arms)
     )
@@ -172,6 +179,59 @@ def _snap(rotation: np.ndarray) -> np.ndarray:
     matrix = Rotation.from_quat(rotation, scalar_first=True).as_matrix()
     nearest = _CUBE[np.argmax(np.einsum("nij,ij->n", _CUBE, matrix))]
     return Rotation.from_matrix(nearest).as_quat(scalar_first=True)
+
+
+def _without_bent_rest(frames: dict[str, np.ndarray], world: WorldPoses) -> dict[str, np.ndarray]:
+    """Return the frames of the torso, corrected where the rest pose bends a joint as nobody does.
+
+    On average over the upright frames a spine is nearly straight, and collar bones point sideways. A file whose rest pose has them
+    forward, up or down turns them back in every frame; what the joints do in the motion is then the better rest. What hangs on a
+    corrected joint is corrected with it.
+
+    Args:
+        frames: Body -> rotation from the body's frame to its joint's, for the torso.
+        world: Poses of the joints in the world.
+    """
+    frames, upright, fixes = dict(frames), _upright_frames(world), {}
+    for body, parent in TORSO_PARENTS.items():
+        while parent not in frames:
+            parent = TORSO_PARENTS[parent]
+        if body not in frames:
+            continue
+        fixes[body] = fix = fixes.get(parent, np.array([1.0, 0.0, 0.0, 0.0]))
+        own = multiply(fix, frames[body])
+        over = multiply(upright.rotations[parent], np.broadcast_to(frames[parent], upright.rotations[parent].shape))
+        usual = _mean_relative(upright.rotations[body], over)
+        if _is_bent(body, own, usual) or _is_collar_bent(body, own, over, upright):
+            fixes[body], own = multiply(multiply(usual, conjugate(own)), fix), usual
+        frames[body] = own
+    return frames
+
+
+def _is_bent(body: str, frame: np.ndarray, usual: np.ndarray) -> bool:
+    """Return whether a spine's joint is bent on average, as nobody's is, by a frame (4,) instead of the usual one (4,)."""
+    up = np.array([0.0, 0.0, 1.0])
+    return body in ("spine", "chest") and bool(rotate(multiply(conjugate(frame), usual), up) @ up < np.cos(MAX_MEAN_BEND))
+
+
+def _is_collar_bent(body: str, frame: np.ndarray, chest: np.ndarray, upright: WorldPoses) -> bool:
+    """Return whether a collar bone at rest is neither sideways nor where it is in the motion.
+
+    Args:
+        body: Name of a body; no other than collars are.
+        frame: Rotation from its frame to its joint's, shape (4,).
+        chest: Rotations of the chest's body in the world, shape (T, 4).
+        upright: Poses of the joints in the same upright frames.
+    """
+    if not body.startswith("collar"):
+        return False
+    arm = f"upper_arm_{body[-1]}"
+    bone = unit_vector(upright.positions[arm] - upright.positions[body])
+    own = multiply(upright.rotations[body], np.broadcast_to(frame, chest.shape))
+    rest, moving = (unit_vector(rotate(conjugate(q), bone).mean(axis=0)) for q in (own, chest))
+    sideways = np.array(REST_BONE_DIRECTIONS[arm])
+    error, slope, moving_slope = (np.arccos(np.clip(a @ b, -1.0, 1.0)) for a, b in ((rest, moving), (rest, sideways), (moving, sideways)))
+    return bool(min(error - MAX_COLLAR_ERROR, slope - MAX_COLLAR_SLOPE, slope + MIN_COLLAR_GAIN - moving_slope) > 0.0)
 
 
 def _bend_axis(body: str, world: WorldPoses, reference: WorldPoses, forward: np.ndarray) -> np.ndarray:

@@ -5,9 +5,10 @@ import numpy as np
 from datasets.formats.bvh import Bvh, channel_values
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_COM_OFFSETS, BODY_NAMES, SKELETON
-from datasets.retarget.performer_clip import AXES_BY_UP_AXIS, METRES_PER_UNIT
+from datasets.retarget.file_axes import AXES, turn_points, turn_rotations
+from datasets.retarget.performer_clip import METRES_PER_UNIT
 
-UNIT, UP = METRES_PER_UNIT["cm"], "y"
+UNIT, TO_FILE = METRES_PER_UNIT["cm"], AXES["y"].T
 _TURNS = ("Zrotation", "Xrotation", "Yrotation")
 _CHANNELS = ("Xposition", "Yposition", "Zposition", *_TURNS)
 
@@ -21,7 +22,7 @@ def to_humanoid_bvh(motion: BodyMotion) -> Bvh:
     Returns:
         BVH of 20 joints, of which only the pelvis has positions; leaves end at twice the distance of their centre of mass.
     """
-    frames, axes = len(motion), AXES_BY_UP_AXIS[UP]
+    frames = len(motion)
     offsets = _in_file(SKELETON.offsets)
     leaves = [not SKELETON.children(body) for body in range(len(BODY_NAMES))]
     tips = _in_file(2.0 * BODY_COM_OFFSETS)
@@ -30,15 +31,11 @@ def to_humanoid_bvh(motion: BodyMotion) -> Bvh:
     still = Bvh(BODY_NAMES, SKELETON.parents, offsets, channels, sites, 1.0 / motion.fps, np.zeros((frames, sum(map(len, channels)))))
     positions = np.tile(offsets, (frames, 1, 1))
     positions[:, 0] = _in_file(motion.root_position)
-    rotations = motion.local_rotations.copy()
-    rotations[..., [1 + axis for axis in axes]] = motion.local_rotations[..., 1:]
-    values = channel_values(still, positions, rotations)
+    values = channel_values(still, positions, turn_rotations(TO_FILE, motion.local_rotations))
     values[:, 3:] = np.unwrap(values[:, 3:], period=360.0, axis=0)  # curves without jumps by full turns
     return Bvh(BODY_NAMES, SKELETON.parents, offsets, channels, sites, still.frame_time, values)
 
 
 def _in_file(points: np.ndarray) -> np.ndarray:
     """Return points (..., 3) [m] in the file's axes and unit."""
-    turned = np.empty_like(points)
-    turned[..., AXES_BY_UP_AXIS[UP]] = points
-    return turned / UNIT
+    return turn_points(TO_FILE, points) / UNIT

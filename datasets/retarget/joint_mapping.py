@@ -27,6 +27,7 @@ _LIMBS: dict[str, tuple[str, ...]] = {
     "foot": ("ankle", "leg ankle", "foot"),
     "toe": ("toe base", "toe", "ball", "foot"),
 }
+UP_AXES = ("x", "y", "z", "-x", "-y", "-z")
 _CHAINS = (("thigh", "shin", "foot"), ("upper_arm", "forearm", "hand"))
 _TRUNK = {"hip", "pelvis", "spine", "chest", "hub", "neck", "head"}
 OPTIONAL_BODIES = ("spine", "chest", "collar_l", "collar_r", "toe_l", "toe_r")  # without a joint they move with their parents
@@ -54,17 +55,25 @@ class JointGeometry:
 
 @dataclass(frozen=True)
 class JointMapping:
-    """Contents of a mapping file, which complete or override what is detected.
+    """What the user said of a file, in a mapping file or by options, which completes or overrides what is detected.
 
     Attributes:
         joints: Body name -> joint name.
         unit: Metres per unit of the file, None to detect it.
-        up_axis: Axis that points up, "x", "y" or "z", None to detect it.
+        up_axis: Axis that points up, one of ``UP_AXES``, None to detect it.
+        fps: Frame rate [1/s], None for the file's.
+        mirror: Whether left and right are to be exchanged, of a file that was exported left-handed.
+        zero_ground: Whether the output is put on the height zero.
+        figure: Number of the figure that is meant, from 1, in a file with several; None where there is one.
     """
 
     joints: dict[str, str] = field(default_factory=dict)
     unit: float | None = None
     up_axis: str | None = None
+    fps: float | None = None
+    mirror: bool = False
+    zero_ground: bool = False
+    figure: int | None = None
 
 
 def read_mapping(path: str | os.PathLike[str]) -> JointMapping:
@@ -93,8 +102,8 @@ def read_mapping(path: str | os.PathLike[str]) -> JointMapping:
     unit, up = entries.pop("unit", None), entries.pop("up", None)
     if unit is not None and not (isinstance(unit, int | float) and unit > 0):
         raise InputError(f"{path}: unit '{unit}' should be a positive number of metres, such as 0.01")
-    if up is not None and up not in ("x", "y", "z"):
-        raise InputError(f"{path}: up '{up}' should be x, y or z")
+    if up is not None and up not in UP_AXES:
+        raise InputError(f"{path}: up '{up}' should be one of {', '.join(UP_AXES)}")
     return JointMapping({body: str(joint) for body, joint in entries.items()}, unit, up)
 
 

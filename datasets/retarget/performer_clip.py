@@ -12,6 +12,7 @@ from datasets.formats.bvh import Bvh, local_pose, read_bvh
 from datasets.motion.clip import Motion
 from datasets.motion.humanoid import LEG_LENGTH
 from datasets.motion.skeleton import Skeleton, forward_kinematics
+from datasets.retarget.file_axes import BY_MOTION, file_axes, find_up_axis, turn_points, turn_rotations
 from datasets.retarget.joint_mapping import JointMapping
 from datasets.retarget.joint_tree import JointMap
 from datasets.retarget.mapping_draft import JointMapError
@@ -19,9 +20,11 @@ from datasets.retarget.performer_tree import end_offsets, find_performer_tree
 from datasets.retarget.tree_edits import TreeEdits, level_added_feet
 
 METRES_PER_UNIT: dict[str, float] = {"m": 1.0, "ft": 0.3048, "dm": 0.1, "CMU": 0.056444, "inch": 0.0254, "cm": 0.01, "mm": 0.001}
-AXES_BY_UP_AXIS: dict[str, list[int]] = {"x": [1, 2, 0], "y": [2, 0, 1], "z": [0, 1, 2]}  # up in the file -> its axes that become x, y, z
 POSITIONS = {"Xposition", "Yposition", "Zposition"}
+RARE_UNITS = ("ft", "dm", "inch")  # in which files hardly ever are
+FEET_TO_HEAD = 1.45  # m, from the ankles to the head's joint of an adult
 MAX_LEG_RATIO = 1.8  # of a leg's length and the humanoid's: legs of 0.46 to 1.5 m pass for a human's
+MAX_FIGURE_LEG_RATIO = 4.0  # the same of a stylised figure, legs of 0.2 to 3.3 m: more can only be another unit
 MIN_BONE_RATIO = 1e-3  # of the leg's length
 MAX_LEADING_FRAMES = 12  # frames at the start that are searched for a T-pose and its smoothed tail
 
@@ -35,10 +38,11 @@ class PerformerClip:
         joint_map: Joint of each body.
         end_offsets: Mean of each joint's End Sites in its frame [m], zero if it has none, shape (J, 3).
         unit: Metres per unit of the file.
-        up_axis: Axis of the file that points up.
+        up_axis: Axis of the file that points up, such as "y" or "-z".
         dropped_frames: Number of leading frames that were dropped because they jump (a T-pose).
         joints_with_positions: Joints with position channels.
-        notices: Lines for the user on what was guessed or mended in the file.
+        mapping: What the user said of the file.
+        notices: Lines that a person should read about what was guessed.
         edits: How its tree was made from the file's.
     """
 
@@ -49,8 +53,14 @@ class PerformerClip:
     up_axis: str
     dropped_frames: int
     joints_with_positions: tuple[int, ...] = (0,)
+    mapping: JointMapping = field(default_factory=JointMapping)
     notices: tuple[str, ...] = ()
     edits: TreeEdits = field(default_factory=TreeEdits)
+
+    @property
+    def axes(self) -> np.ndarray:
+        """Matrix (3, 3) from the file's axes to ours."""
+        return file_axes(self.up_axis, self.mapping.mirror)
 
 
 def load_performer_bvh(path: str | os.PathLike[str], mapping: JointMapping | None = None) -> PerformerClip:
@@ -67,7 +77,7 @@ def load_performer_bvh(path: str | os.PathLike[str], mapping: JointMapping | Non
         InputError: If the file is broken or holds no human.
     """
     try:
-        return performer_clip_from_bvh(read_bvh(path), Path(path).stem, mapping)
+        return performer_clip_from_bvh(read_bvh(path, mapping.figure if mapping else None), Path(path).stem, mapping)
     except JointMapError as error:
         raise error.at(Path(path)) from error
     except InputError as error:
@@ -82,28 +92,47 @@ def performer_clip_from_bvh(bvh: Bvh, name: str, mapping: JointMapping | None = 
     joint_map = tree.joint_map
     local_positions, local_rotations = tree.edits.to_clip(*in_file)
     positions, _ = forward_kinematics(tree.parents, local_positions, local_rotations)
-    leg = leg_length(positions, joint_map)
+    leg, fps = leg_length(positions, joint_map), mapping.fps or _rate(bvh.frame_time)
     _check_bones(tree.names, positions, joint_map, leg)
-    unit = mapping.unit or _find_unit(leg)
-    up = mapping.up_axis or _find_up(positions, joint_map, leg)
-    axes, dropped = AXES_BY_UP_AXIS[up], _leading_frames(positions, joint_map, leg)
-    local_positions = unit * local_positions[dropped:, :, axes]
+    rest = _rest_positions(tree.parents, np.concat([np.zeros((1, 3)), np.median(local_positions, axis=0)[1:]]))
+    notices = [*bvh.notices, *tree.notices]
+    up, unit = mapping.up_axis, mapping.unit
+    if up is None:
+        up, shown_by = find_up_axis(positions, rest, joint_map, leg, fps)
+        notices += [] if shown_by == BY_MOTION else [_unseen_up_notice(up, shown_by)]
+    if unit is None:
+        unit = _find_unit(leg, _feet_to_head(positions, joint_map))
+        notices += _unit_notices(unit, leg)
+    axes, dropped = file_axes(up, mapping.mirror), _leading_frames(positions, joint_map, leg)
+    local_positions = unit * turn_points(axes, local_positions[dropped:])
     offsets = np.concat([np.zeros((1, 3)), np.median(local_positions, axis=0)[1:]])
     tips = end_offsets(tree, bvh, in_file[0])
-    local_rotations = local_rotations[dropped:, :, [0, *(1 + axis for axis in axes)]]
-    motion = Motion(Skeleton(tree.names, tree.parents, offsets), local_positions, local_rotations, _rate(bvh.frame_time), name)
+    local_rotations = turn_rotations(axes, local_rotations[dropped:])
+    motion = Motion(Skeleton(tree.names, tree.parents, offsets), local_positions, local_rotations, fps, name)
     placed = tuple(joint for joint, channels in enumerate(bvh.channels) if set(channels) >= POSITIONS)
     return PerformerClip(
         level_added_feet(motion, tree.edits),
         joint_map,
-        unit * tips[:, axes],
+        unit * turn_points(axes, tips),
         unit,
         up,
         dropped,
         tree.edits.joints_with_positions(placed),
-        notices=tree.notices,
-        edits=tree.edits,
+        mapping,
+        tuple(notices),
+        tree.edits,
     )
+
+
+def _rest_positions(parents: tuple[int, ...], offsets: np.ndarray) -> np.ndarray:
+    """Return the positions (J, 3) of the joints without any rotation."""
+    still = np.broadcast_to((1.0, 0.0, 0.0, 0.0), (1, len(parents), 4))
+    return forward_kinematics(parents, offsets[None], still)[0][0]
+
+
+def _unseen_up_notice(up: str, shown_by: str) -> str:
+    """Return what a person should know of an up axis that the motion does not show."""
+    return f"The motion does not show which way is up; {up.upper()} was taken, by {shown_by}. If that is wrong, name the axis: --up."
 
 
 def leg_length(positions: np.ndarray, joint_map: JointMap) -> float:
@@ -133,24 +162,42 @@ def _rate(frame_time: float) -> float:
     return float(round(fps)) if abs(fps - round(fps)) < 1e-2 else fps
 
 
-def _find_unit(leg: float) -> float:
-    """Return the metres per unit of the file that make the leg's length most like a human's."""
-    unit = min(METRES_PER_UNIT.values(), key=lambda metres: abs(np.log(metres * leg / LEG_LENGTH)))
-    if abs(np.log(unit * leg / LEG_LENGTH)) > np.log(MAX_LEG_RATIO):
+def _feet_to_head(positions: np.ndarray, joint_map: JointMap) -> float:
+    """Return how far the head is from the feet where that is farthest, but for a tenth of the frames [unit of the positions (T, J, 3)]."""
+    feet = positions[:, [joint_map["foot_l"], joint_map["foot_r"]]].mean(axis=1)
+    return float(np.percentile(np.linalg.norm(positions[:, joint_map["head"]] - feet, axis=-1), 90))
+
+
+def _find_unit(leg: float, height: float) -> float:
+    """Return the metres per unit of the file that make the leg most like a human's; of a figure with other legs, leg and height."""
+
+    def errors(metres: float) -> tuple[float, float]:
+        return abs(np.log(metres * leg / LEG_LENGTH)), abs(np.log(metres * height / FEET_TO_HEAD))
+
+    unit = min(METRES_PER_UNIT.values(), key=lambda metres: errors(metres)[0])
+    if errors(unit)[0] > np.log(MAX_LEG_RATIO):
+        unit = min(METRES_PER_UNIT.values(), key=lambda metres: sum(errors(metres)))
+    if errors(unit)[0] > np.log(MAX_FIGURE_LEG_RATIO):
         raise InputError(
             f"legs of {leg:.4g} units are a human's in none of {', '.join(METRES_PER_UNIT)}; "
-            "name the unit in metres in a mapping file, such as 'unit: 0.01'"
+            "say the unit in metres by --unit, or in a mapping file, such as 'unit: 0.01'"
         )
     return unit
 
 
-def _find_up(positions: np.ndarray, roles: JointMap, leg: float) -> str:
-    """Return the axis along which the head is above the feet, or "y" if that is unclear, as of somebody lying."""
-    feet = positions[:, [roles["foot_l"], roles["foot_r"]]].mean(axis=1)
-    height = np.mean(positions[:, roles["head"]] - feet, axis=0) / leg
-    if height[1] > 0.4 or height.max() < 1.0:
-        return "y"
-    return "xyz"[int(height.argmax())]
+def name_of_unit(metres: float) -> str:
+    """Return the name of a unit of ``metres``, or its length."""
+    return next((name for name, length in METRES_PER_UNIT.items() if length == metres), f"{metres:g} m")
+
+
+def _unit_notices(unit: float, leg: float) -> list[str]:
+    """Return what a person should know of a unit that was found by a leg's length [unit of the file], if it is doubtful."""
+    name, metres = name_of_unit(unit), unit * leg
+    if abs(np.log(metres / LEG_LENGTH)) > np.log(MAX_LEG_RATIO):
+        return [f"Legs of {metres:.2f} m, in {name}, are no body's. If that is not the figure's size, give the unit: --unit METRES."]
+    if name in RARE_UNITS:
+        return [f"Lengths were taken to be in {name}, by legs of {leg:.3g} units. If that is wrong, give the unit: --unit METRES."]
+    return []
 
 
 def _leading_frames(positions: np.ndarray, roles: JointMap, leg: float) -> int:

@@ -53,6 +53,11 @@ class Retargeted:
     yaw: float
     lift: float
 
+    @property
+    def ground(self) -> float:
+        """Height of the ground under the performer, in the file's own world [m]."""
+        return -self.lift / self.scale
+
     def to_humanoid_world(self, points: np.ndarray) -> np.ndarray:
         """Return points of the performer (..., 3) [m] in the world of the 20 bodies."""
         moved = self.scale * points - np.append(self.origin, -self.lift)
@@ -76,7 +81,7 @@ def retarget(performer_clip: PerformerClip) -> Retargeted:
     scale = LEG_LENGTH / leg_length(positions, performer_clip.joint_map)
     world = _world(positions, rotations, performer_clip.joint_map, scale)
     calibration = calibrate_performer(
-        performer_clip, world, {f"foot_{side}": scale * _foot_tip(performer_clip, f"foot_{side}") for side in "lr"}
+        performer_clip, world, {f"foot_{side}": scale * foot_tip(performer_clip, f"foot_{side}") for side in "lr"}
     )
     root, local = _body_pose(world, calibration)
     yaw, origin = float(heading(local[0, 0])), root[0, :2].copy()
@@ -120,7 +125,7 @@ def _has_root_path(world: WorldPoses) -> bool:
     return bool(np.ptp(world.positions["pelvis"], axis=0).max() > MIN_PELVIS_TRAVEL_M)
 
 
-def _foot_tip(performer_clip: PerformerClip, foot: str) -> np.ndarray:
+def foot_tip(performer_clip: PerformerClip, foot: str) -> np.ndarray:
     """Return the mean of a foot's children and End Sites in its frame, a point ahead of the ankle [m], shape (3,)."""
     joint, skeleton = performer_clip.joint_map[foot], performer_clip.motion.skeleton
     ahead = [skeleton.offsets[child] for child in skeleton.children(joint)]

@@ -8,13 +8,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from configs.errors import InputError
 from datasets.formats.bvh import Bvh, channel_values, local_pose
 from datasets.motion.clip import BodyMotion, Motion
 from datasets.motion.humanoid import BODY_NAMES
 from datasets.motion.kinematics import body_poses, joint_poses
 from datasets.motion.rotation import conjugate, from_yaw, multiply, rotate, rotation_angle
-from datasets.retarget.joint_tree import torso_root
-from datasets.retarget.performer_clip import AXES_BY_UP_AXIS, PerformerClip
+from datasets.motion.skeleton import forward_kinematics
+from datasets.retarget.file_axes import turn_points, turn_rotations
+from datasets.retarget.joint_tree import ancestors, torso_root
+from datasets.retarget.performer_clip import POSITIONS, PerformerClip
 from datasets.retarget.pose_edits import set_world_rotations, solve_leg_ik, translate_hips
 from datasets.retarget.retarget import Retargeted
 from datasets.retarget.tree_edits import level_added_feet
@@ -63,7 +66,8 @@ def transfer_back(retargeted: Retargeted, after: BodyMotion) -> Motion:
 def to_performer_bvh(bvh: Bvh, performer_clip: PerformerClip, motion: Motion) -> Bvh:
     """Return the recorded file with the channel values of a changed clip; hierarchy and channels stay.
 
-    Positions and rotations that did not change keep their very numbers, and so do dropped leading frames.
+    Positions and rotations that did not change keep their very numbers, and so do dropped leading frames. A frame rate that the user
+    gave is written.
 
     Args:
         bvh: Recorded file.
@@ -77,11 +81,10 @@ def to_performer_bvh(bvh: Bvh, performer_clip: PerformerClip, motion: Motion) ->
         raise ValueError(
             f"frames and joints are {motion.local_rotations.shape[:2]}, should be {performer_clip.motion.local_rotations.shape[:2]}"
         )
-    axes = AXES_BY_UP_AXIS[performer_clip.up_axis]
-    recorded_positions, recorded_rotations = local_pose(bvh)
+    to_file, (recorded_positions, recorded_rotations) = performer_clip.axes.T, local_pose(bvh)
     positions, rotations = performer_clip.edits.to_clip(recorded_positions, recorded_rotations)
-    positions[performer_clip.dropped_frames :, :, axes] = motion.local_positions / performer_clip.unit
-    rotations[performer_clip.dropped_frames :, :, [0, *(1 + axis for axis in axes)]] = motion.local_rotations
+    positions[performer_clip.dropped_frames :] = turn_points(to_file, motion.local_positions) / performer_clip.unit
+    rotations[performer_clip.dropped_frames :] = turn_rotations(to_file, motion.local_rotations)
     positions, rotations = performer_clip.edits.to_file(positions, rotations, recorded_positions)
     values = np.round(channel_values(bvh, positions, rotations), DECIMALS)
     joints = np.repeat(np.arange(len(bvh.names)), [len(channels) for channels in bvh.channels])  # joint of each column
@@ -90,7 +93,35 @@ def to_performer_bvh(bvh: Bvh, performer_clip: PerformerClip, motion: Motion) ->
     turned = rotation_angle(multiply(conjugate(recorded_rotations), rotations)) > SAME_ANGLE_RAD
     changed = np.where(places, moved[:, joints], turned[:, joints])
     changed[: performer_clip.dropped_frames] = False
-    return replace(bvh, values=np.where(changed, values, bvh.values))
+    frame_time = 1.0 / performer_clip.mapping.fps if performer_clip.mapping.fps else bvh.frame_time
+    return replace(bvh, frame_time=frame_time, values=np.where(changed, values, bvh.values))
+
+
+def to_zero_ground(bvh: Bvh, retargeted: Retargeted) -> Bvh:
+    """Return a file made by ``to_performer_bvh``, moved up or down in all frames so that its ground is at zero.
+
+    Args:
+        bvh: File.
+        retargeted: Retargeted recording, whose ground it is.
+
+    Raises:
+        InputError: If no joint at the hips or above has position channels.
+    """
+    clip = retargeted.performer_clip
+    pelvis = clip.edits.file_joint(clip.joint_map["pelvis"])
+    above = [joint for joint in ancestors(pelvis, bvh.parents) if set(bvh.channels[joint]) >= POSITIONS]
+    if not above:
+        raise InputError(f"{clip.motion.name}: no joint at the hips or above has position channels, so that no ground can be put on 0")
+    carrier = above[-1]  # what hangs beside the hips moves with them
+    positions, rotations = local_pose(bvh)
+    moved = np.tile(clip.axes.T @ (0.0, 0.0, -retargeted.ground / clip.unit), (len(positions), 1))
+    if bvh.parents[carrier] >= 0:
+        _, world = forward_kinematics(bvh.parents, positions, rotations)
+        moved = rotate(conjugate(world[:, bvh.parents[carrier]]), moved)
+    positions[:, carrier] += moved
+    values = np.round(channel_values(bvh, positions, rotations), DECIMALS)
+    places = np.array([channel.endswith("position") for channels in bvh.channels for channel in channels])
+    return replace(bvh, values=np.where(places, values, bvh.values))
 
 
 def from_performer_bvh(bvh: Bvh, performer_clip: PerformerClip) -> Motion:
@@ -100,10 +131,10 @@ def from_performer_bvh(bvh: Bvh, performer_clip: PerformerClip) -> Motion:
         bvh: File made by ``to_performer_bvh``.
         performer_clip: Clip read from the recorded file.
     """
-    axes, (positions, rotations) = AXES_BY_UP_AXIS[performer_clip.up_axis], performer_clip.edits.to_clip(*local_pose(bvh))
+    axes, (positions, rotations) = performer_clip.axes, performer_clip.edits.to_clip(*local_pose(bvh))
     motion = replace(
         performer_clip.motion,
-        local_positions=performer_clip.unit * positions[performer_clip.dropped_frames :, :, axes],
-        local_rotations=rotations[performer_clip.dropped_frames :, :, [0, *(1 + axis for axis in axes)]],
+        local_positions=performer_clip.unit * turn_points(axes, positions[performer_clip.dropped_frames :]),
+        local_rotations=turn_rotations(axes, rotations[performer_clip.dropped_frames :]),
     )
     return level_added_feet(motion, performer_clip.edits)

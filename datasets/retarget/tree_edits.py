@@ -86,6 +86,10 @@ class TreeEdits:
             positions, rotations = _local_poses(begins, turns, self.file_parents)
         return positions, rotations
 
+    def file_joint(self, joint: int) -> int:
+        """Return the joint of the file that a joint of the clip, none that was added, is."""
+        return self.order[joint] if self.order else joint
+
     def joints_with_positions(self, in_file: tuple[int, ...]) -> tuple[int, ...]:
         """Return the joints of the clip that the file can place, from those of the file that have position channels."""
         if not self.turned:

@@ -1,17 +1,26 @@
-"""Removes self-penetration: moves limbs out of the body by the smallest change of the hinge angles, smoothly over time."""
+"""Removes self-penetration: moves limbs out of the body by the smallest change of the hinge angles, smoothly over time.
 
-from dataclasses import replace
+What overlaps may be a fault or a touch that the humanoid's shapes exaggerate: an arm raised beside the head, a thigh against the belly of
+who kneels. So a limb is moved by little or not at all, and a leg that stands or rests on the ground is not moved out of anything but the
+other leg. What is left overlapping is found by ``find_overlaps``.
+"""
+
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
+from datasets.cleanup.foot_contacts import debounce_labels, true_spans
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import BODY_NAMES, HINGES, hinge_angles, rotations_from_hinges, split_side
+from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES, HINGES, body_in_words, hinge_angles, rotations_from_hinges, split_side
+from datasets.motion.kinematics import body_poses, lowest_point_heights
 from envs.physics.humanoid_mjcf import build_overlap_model
 
 # Compliance of hinges: that of arms is higher than that of legs, which stand; back, collars, head and feet keep their angles.
 JOINT_COMPLIANCE = {"upper_arm": 1.0, "forearm": 1.0, "thigh": 0.1, "shin": 0.1}
+MAX_SHIFT_M = 0.1  # m, farthest that a limb's joint is moved; what would have to move farther is left as it is
+BEARING_HEIGHT_M = 0.05  # m, of the lowest point of a shin, foot or toe: below it the leg stands or rests on the ground
 ALLOWED_OVERLAP_M = 0.008  # m, overlap that is left: soft tissue gives way
 NUM_PASSES = 6  # over the clip: each restores what smoothing took away from the corrections
 MAX_ITERATIONS = 8  # of the inverse kinematics of a frame in a pass
@@ -19,31 +28,93 @@ DAMPING = 1e-2  # m^2/rad^2, of the least squares: limits the turns of joints th
 ARM_BLEND_S, LEG_BLEND_S = 0.15, 0.8  # s, in which corrections of arms and legs rise and fall; a leg's must not make its foot slide
 # s, time constant of a frame's correction as the start of the next, so that a limb that went deep goes out on the side where it came in.
 CORRECTION_DECAY_S = 0.05
-_LEGS = np.array([BODY_NAMES[body][:-2] in ("thigh", "shin") for body, _ in HINGES])
+MIN_TOLD_OVERLAP_M, MERGED_GAP_S = 0.03, 0.5  # m and s: overlaps as deep as this are listed, those of one pair as near as this as one
+_LIMB_NAMES = {"arm": ("upper_arm", "forearm", "hand"), "leg": ("thigh", "shin", "foot", "toe")}
+_LIMBS = [[BODY_NAMES.index(f"{part}_{side}") for part in parts] for parts in _LIMB_NAMES.values() for side in "lr"]  # both arms, both legs
+_LEGS = _LIMBS[2:]
+_BODY_OF_HINGE = np.array([body for body, _ in HINGES])
+_OF_LEGS = np.isin(_BODY_OF_HINGE, np.concat(_LEGS))
+
+
+@dataclass(frozen=True)
+class Overlap:
+    """Span of a clip in which two bodies pass through each other.
+
+    Attributes:
+        start_s: First instant [s].
+        stop_s: Last instant [s].
+        bodies: Names of the two bodies.
+        depth_mm: Largest depth [mm].
+    """
+
+    start_s: float
+    stop_s: float
+    bodies: tuple[str, str]
+    depth_mm: float
+
+    def __str__(self) -> str:
+        """Return the overlap as text."""
+        one, other = map(body_in_words, self.bodies)
+        return f"{one} in {other} by {self.depth_mm:.0f} mm at {self.start_s:.1f} to {self.stop_s:.1f} s"
 
 
 def remove_self_penetration(motion: BodyMotion) -> BodyMotion:
-    """Return the clip with limbs that neither pass through each other nor through the trunk.
+    """Return the clip with limbs that neither pass through each other nor through the trunk, as far as a small shift can do it.
 
     Args:
-        motion: Clip of any rate; its root, back and collars keep their pose.
+        motion: Clip of any rate, on its ground; its root, back and collars keep their pose.
 
     Source: damped least squares on the contacts that MuJoCo detects in each pose.
     """
     body, separated = _Body(), motion
+    bearing = _bearing_legs(motion)
     for _ in range(NUM_PASSES):
-        angles = hinge_angles(separated.local_rotations)
-        poses = np.concat([separated.root_position, separated.local_rotations[:, 0], angles], axis=1)
-        away = body.corrections(poses, np.exp(-1.0 / (CORRECTION_DECAY_S * motion.fps)))
+        poses = _generalised_positions(separated)
+        away = body.corrections(poses, bearing, np.exp(-1.0 / (CORRECTION_DECAY_S * motion.fps)))
         if not away.any():
             break
         arms, legs = (
             gaussian_filter1d(part, 0.5 * blend * motion.fps, axis=0, mode="nearest")
             for part, blend in ((_extend_peaks(away, ARM_BLEND_S * motion.fps), ARM_BLEND_S), (away, LEG_BLEND_S))
         )
-        turned = angles + np.where(_LEGS, legs, arms)
+        turned = poses[:, 7:] + np.where(_OF_LEGS, legs, arms)
         separated = replace(separated, local_rotations=rotations_from_hinges(separated.local_rotations[:, 0], turned))
-    return separated
+    return motion if separated is motion else _without_far_shifts(motion, separated)
+
+
+def find_overlaps(motion: BodyMotion) -> tuple[Overlap, ...]:
+    """Return the spans of a clip in which bodies overlap by ``MIN_TOLD_OVERLAP_M`` or more, the deepest first."""
+    depths = _Body().depths(_generalised_positions(motion))
+    gap = round(MERGED_GAP_S * motion.fps) + 1
+    found = []
+    for pair, depth in depths.items():
+        for start, stop in true_spans(debounce_labels(depth > MIN_TOLD_OVERLAP_M, shortest=0, gap=gap)).tolist():
+            ends = start / motion.fps, (stop - 1) / motion.fps
+            found.append(Overlap(*ends, pair, 1e3 * float(depth[start:stop].max())))
+    return tuple(sorted(found, key=lambda overlap: -overlap.depth_mm))
+
+
+def _generalised_positions(motion: BodyMotion) -> np.ndarray:
+    """Return the generalised positions of a clip, shape (T, 50)."""
+    return np.concat([motion.root_position, motion.local_rotations[:, 0], hinge_angles(motion.local_rotations)], axis=1)
+
+
+def _bearing_legs(motion: BodyMotion) -> np.ndarray:
+    """Return whether the left and the right leg stand or rest on the ground, shape (T, 2)."""
+    heights = lowest_point_heights(*body_poses(motion))
+    return np.stack([heights[:, leg[1:]].min(axis=1) < BEARING_HEIGHT_M for leg in _LEGS], axis=1)
+
+
+def _without_far_shifts(motion: BodyMotion, separated: BodyMotion) -> BodyMotion:
+    """Return the separated clip with those corrections of a limb undone, from where they begin to where they end, that move a joint far."""
+    moved = np.linalg.norm(body_poses(separated)[0] - body_poses(motion)[0], axis=-1)
+    local = separated.local_rotations.copy()
+    for limb in _LIMBS:
+        shift = moved[:, limb].max(axis=1)
+        for start, stop in true_spans(shift > 1e-4).tolist():
+            if shift[start:stop].max() > MAX_SHIFT_M:
+                local[start:stop, limb] = motion.local_rotations[start:stop, limb]
+    return replace(separated, local_rotations=local)
 
 
 def _extend_peaks(away: np.ndarray, width: float) -> np.ndarray:
@@ -60,44 +131,81 @@ class _Body:
         self._data = mujoco.MjData(self._model)
         self._compliance = np.array([JOINT_COMPLIANCE.get(split_side(BODY_NAMES[body])[0], 0.0) for body, _ in HINGES])
         self._jacobians = np.zeros((2, 3, self._model.nv))
+        self._limb_of_body = np.full(BODY_COUNT, -1)
+        for limb, bodies in enumerate(_LIMBS):
+            self._limb_of_body[bodies] = limb
 
-    def corrections(self, poses: np.ndarray, decay: float) -> np.ndarray:
+    def depths(self, poses: np.ndarray) -> dict[tuple[str, str], np.ndarray]:
+        """Return how deep the shapes of each pair of bodies overlap that ever do [m], shape (T,), for poses (T, 50)."""
+        found: dict[tuple[str, str], np.ndarray] = {}
+        for frame, pose in enumerate(poses):
+            self._data.qpos[:] = pose
+            for bodies, depth, _ in self._contacts():
+                pair = (BODY_NAMES[bodies[1]], BODY_NAMES[bodies[0]])
+                track = found.setdefault(pair, np.zeros(len(poses)))
+                track[frame] = max(track[frame], depth)
+        return found
+
+    def corrections(self, poses: np.ndarray, bearing: np.ndarray, decay: float) -> np.ndarray:
         """Return the changes of the hinges that end the overlaps of poses [rad], shape (T, 43); zero before the first overlap.
 
         Args:
             poses: Generalised positions, shape (T, 50).
+            bearing: Whether the left and the right leg stand or rest on the ground, shape (T, 2).
             decay: Share of the previous frame's change from which each begins.
         """
         away, before = np.zeros((len(poses), len(HINGES))), np.zeros(len(HINGES))
-        for now, pose in zip(away, poses, strict=True):
-            now[:] = before = self._correction(pose, decay * before)
+        for now, pose, rests in zip(away, poses, bearing.tolist(), strict=True):
+            now[:] = before = self._correction(pose, {2 + leg for leg in range(2) if rests[leg]}, decay * before)
         return away
 
-    def _correction(self, pose: np.ndarray, change: np.ndarray) -> np.ndarray:
-        """Return the change of the hinges that ends the overlaps of a pose [rad], starting from ``change``, shape (43,)."""
+    def _correction(self, pose: np.ndarray, resting: set[int], change: np.ndarray) -> np.ndarray:
+        """Return the change of the hinges that ends the overlaps of a pose [rad], starting from ``change``, shape (43,).
+
+        Args:
+            pose: Generalised position, shape (50,).
+            resting: Indices in ``_LIMBS`` of the legs that stand or rest on the ground.
+            change: Change to start from [rad], shape (43,).
+        """
         data, start = self._data, pose[7:]
         data.qpos[:] = pose
         data.qpos[7:] += change
         for _ in range(MAX_ITERATIONS):
-            rows, depths = self._overlaps()
+            rows, depths = self._overlaps(resting)
             if not len(depths):
                 break
             weighted = rows * self._compliance
             data.qpos[7:] += weighted.T @ np.linalg.solve(weighted @ rows.T + DAMPING * np.eye(len(rows)), depths)
         return data.qpos[7:] - start
 
-    def _overlaps(self) -> tuple[np.ndarray, np.ndarray]:
+    def _overlaps(self, resting: set[int]) -> tuple[np.ndarray, np.ndarray]:
         """Return the Jacobians of the distances of overlapping pairs (P, 43) [m/rad], and the distances to gain (P,) [m]."""
+        rows, depths = [], []
+        for bodies, depth, contact in self._contacts():
+            if depth > ALLOWED_OVERLAP_M:
+                row = self._distance_jacobian(contact)
+                limbs = set(self._limb_of_body[bodies].tolist())
+                for limb in limbs & resting if limbs - {2, 3} else ():  # two legs part from each other wherever they are
+                    row[np.isin(_BODY_OF_HINGE, _LIMBS[limb])] = 0.0
+                rows.append(row)
+                depths.append(depth - 0.5 * ALLOWED_OVERLAP_M)
+        return np.array(rows).reshape(-1, len(HINGES)), np.array(depths)
+
+    def _contacts(self) -> list[tuple[np.ndarray, float, int]]:
+        """Return the two bodies (2,), the depth [m] and the index of each contact between bodies in the current pose."""
         model, data = self._model, self._data
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
         mujoco.mj_collision(model, data)
-        bodies = model.geom_bodyid[data.contact.geom]
-        found = np.flatnonzero(np.all(bodies > 0, axis=1) & (data.contact.dist < -ALLOWED_OVERLAP_M))
-        rows = np.zeros((len(found), len(HINGES)))
-        for row, contact in zip(rows, found, strict=True):
-            for jacobian, body in zip(self._jacobians, bodies[contact], strict=True):
-                mujoco.mj_jac(model, data, jacobian, None, data.contact.pos[contact], body)
-            normal = data.contact.frame[contact, :3]  # from the first shape to the second
-            row[:] = (normal @ (self._jacobians[1] - self._jacobians[0]))[6:]
-        return rows, -data.contact.dist[found] - 0.5 * ALLOWED_OVERLAP_M
+        bodies = model.geom_bodyid[data.contact.geom] - 1
+        return [
+            (bodies[contact], -float(data.contact.dist[contact]), int(contact)) for contact in np.flatnonzero(np.all(bodies >= 0, axis=1))
+        ]
+
+    def _distance_jacobian(self, contact: int) -> np.ndarray:
+        """Return the Jacobian of the distance between the two shapes of a contact with respect to the hinges, shape (43,) [m/rad]."""
+        model, data = self._model, self._data
+        for jacobian, body in zip(self._jacobians, model.geom_bodyid[data.contact.geom[contact]], strict=True):
+            mujoco.mj_jac(model, data, jacobian, None, data.contact.pos[contact], body)
+        normal = data.contact.frame[contact, :3]  # from the first shape to the second
+        return (normal @ (self._jacobians[1] - self._jacobians[0]))[6:]

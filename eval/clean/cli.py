@@ -18,8 +18,9 @@ from configs.exit_codes import run_command
 from configs.process_pool import available_cores
 from datasets.formats.bvh import read_bvh, write_bvh
 from datasets.library.sources import BVH_SUFFIX
-from datasets.retarget.joint_mapping import JointMapping, read_mapping
+from datasets.retarget.joint_mapping import JointMapping
 from datasets.retarget.mapping_draft import JointMapError, save_draft
+from datasets.retarget.reading_options import add_reading_options, mapping_from_options, parse_reading
 from eval.clean.pipeline import STAGES, CleaningPipeline
 from eval.clean.report import write_clip_report, write_folder_report
 from eval.clean.result import CleaningResult
@@ -57,8 +58,21 @@ def pair_inputs_with_outputs(source: Path, target: Path) -> Iterator[tuple[Path,
     yield source, target
 
 
-def clean_files(source: Path, target: Path, report: Path | None, pipeline: CleaningPipeline, mapping: JointMapping | None) -> None:
+def clean_files(
+    source: Path,
+    target: Path,
+    report: Path | None,
+    pipeline: CleaningPipeline,
+    mapping: JointMapping | None,
+) -> None:
     """Clean a clip, or all clips of a folder, and print a line for each.
+
+    Args:
+        source: BVH file, or a folder of them.
+        target: File or folder to write.
+        report: Folder of the report, None for no report.
+        pipeline: Stages of the cleaning.
+        mapping: Joint names, unit and axes that the user gave.
 
     Raises:
         InputError: If a clip cannot be cleaned; of a folder at the end, after all that can.
@@ -70,7 +84,7 @@ def clean_files(source: Path, target: Path, report: Path | None, pipeline: Clean
         begin = time.monotonic()
         try:
             with _progress(console, f"cleaning {file.name}") as progress:
-                bvh, cleaned = pipeline.clean(read_bvh(file), file.stem, mapping, progress=progress)
+                bvh, cleaned = pipeline.clean(read_bvh(file, mapping.figure if mapping else None), file.stem, mapping, progress=progress)
             with reporting_write_errors(out):
                 out.parent.mkdir(parents=True, exist_ok=True)
                 write_bvh(out, bvh)
@@ -112,7 +126,7 @@ def _progress(console: Console, title: str) -> Iterator[Callable[[float], None]]
 def _line(file: Path, out: Path, cleaned: CleaningResult, seconds: float) -> str:
     """Return the line that is printed of a cleaned clip."""
     trusted = 100.0 * float(cleaned.confidence.mean())
-    told = "".join(f"\n  {notice}" for notice in cleaned.notices)
+    told = "".join(f"\n  {line}" for line in (cleaned.read_as, *cleaned.notices))
     restarted = f", restarted {len(cleaned.restarts)} times" if cleaned.restarts else ""
     helped = f", helped by {100.0 * cleaned.mean_assist:.1f} % of the body's weight" if cleaned.mean_assist else ""
     physics = f"{trusted:.0f} % of it is physics{helped}{restarted}"
@@ -125,7 +139,6 @@ def main(arguments: list[str] | None = None, prog: str = "python -m eval.clean")
     parser.add_argument("source", type=Path, metavar="IN", help="a BVH file, or a folder of them")
     parser.add_argument("--out", type=Path, required=True, metavar="OUT", help="the clean BVH file, or the folder of them")
     parser.add_argument("--report", type=Path, metavar="DIR", help="write a page with before and after there")
-    parser.add_argument("--mapping", type=Path, metavar="FILE", help="YAML that names joints, unit or up axis, as in 'thigh_l: LeftUpLeg'")
     parser.add_argument("--policy", type=Path, metavar="FILE", default=PRETRAINED_POLICY, help="another policy than the package's")
     parser.add_argument("--without", choices=STAGES, action="append", default=[], help="leave a stage out; may be given twice")
     parser.add_argument(
@@ -142,7 +155,8 @@ def main(arguments: list[str] | None = None, prog: str = "python -m eval.clean")
         help="how long the simulation searches: on two cores about the clip's length, three or ten times as long (default %(default)s)",
     )
     parser.add_argument("--threads", type=int, metavar="N", default=available_cores(), help="cores to use (default: all, %(default)s here)")
-    options = parser.parse_args(arguments)
+    add_reading_options(parser)
+    options = parse_reading(parser, arguments)
     return run_command(lambda: _run(options))
 
 
@@ -153,8 +167,8 @@ def _run(options: argparse.Namespace) -> None:
         raise InputError(f"--threads {options.threads} should be 1 or more")
     if not 0.0 <= options.assist <= 1.0:
         raise InputError(f"--assist {options.assist:g} should be a share of the body's weight, from 0 to 1")
+    mapping = mapping_from_options(options)
     torch.set_num_threads(options.threads)
-    mapping = read_mapping(options.mapping) if options.mapping else None
     search = replace(QUALITIES[options.quality], assist_force_bw=options.assist)
     pipeline = CleaningPipeline.load(options.threads, options.policy, search).without(options.without)
     clean_files(options.source, options.out, options.report, pipeline, mapping)

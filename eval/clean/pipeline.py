@@ -16,11 +16,15 @@ from datasets.motion.clip import FPS, BodyMotion
 from datasets.motion.kinematics import resample, resample_to
 from datasets.retarget.joint_mapping import JointMapping
 from datasets.retarget.performer_clip import performer_clip_from_bvh
+from datasets.retarget.plausibility import find_implausible
+from datasets.retarget.reading import describe_reading
 from datasets.retarget.retarget import retarget, retarget_with
-from datasets.retarget.transfer_back import to_performer_bvh, transfer_back
+from datasets.retarget.transfer_back import to_performer_bvh, to_zero_ground, transfer_back
+from envs.physics.self_collision import find_overlaps
 from eval.clean.believed_root import locate_root
 from eval.clean.misalignments import misalignment_notice
 from eval.clean.moved_joints import find_moved_spans, moved_notice
+from eval.clean.remaining_overlaps import overlap_notice
 from eval.clean.restored_poses import RestoredPoses, restore_clip
 from eval.clean.result import CleaningResult
 from eval.clean.samcon import GOOD, QUALITIES, SearchSettings, Simulator
@@ -77,7 +81,7 @@ class CleaningPipeline:
         Args:
             bvh: Parsed input file.
             name: Name of the clip in messages and in the report.
-            mapping: Joint names, unit and axes that the user gave.
+            mapping: Joint names, unit, axes, rate and ground that the user gave.
             truth: Clean clip behind the input at 60 fps, where it is known; measured in the report, never used.
             progress: Called with the share of the frames that were simulated, again and again: that is what takes time.
 
@@ -103,11 +107,14 @@ class CleaningPipeline:
             "holding feet": cleaned,
         }
         moved = find_moved_spans(recorded, after_stage)
+        overlaps = find_overlaps(cleaned)
+        read = (*performer.notices, *find_implausible(retargeted))
         notices = (
-            *performer.notices,
+            *read,
             *_pose_notices(poses),
             *_root_notices(rooted is not poses.motion, off_feet),
             *([moved_notice(moved)] if moved else []),
+            *([overlap_notice(overlaps)] if overlaps else []),
         )
         result = CleaningResult(
             name,
@@ -120,9 +127,12 @@ class CleaningPipeline:
             notices,
             poses.misalignments,
             moved,
+            overlaps,
             truth,
+            describe_reading(retargeted),
         )
-        return to_performer_bvh(bvh, performer, output), result
+        written = to_performer_bvh(bvh, performer, output)
+        return (to_zero_ground(written, retargeted) if performer.mapping.zero_ground else written), result
 
 
 class _ClipAtOwnRate(NamedTuple):

@@ -27,6 +27,7 @@ def collect_report_data(cleaned: CleaningResult) -> dict[str, Any]:
     }
     return {
         "name": cleaned.name,
+        "read_as": cleaned.read_as,
         "frames": len(cleaned.before),
         "fps": fps,
         "seconds": cleaned.before.seconds,
@@ -43,6 +44,7 @@ def collect_report_data(cleaned: CleaningResult) -> dict[str, Any]:
         "contact_rule": contact_agreement(cleaned.contacts[cleaned.simulated], contacts_by_height(cleaned.after)[cleaned.simulated]),
         "most_changed": find_most_changed_frames(cleaned),
         "moved": [asdict(span) for span in cleaned.moved],
+        "overlaps": [asdict(overlap) for overlap in cleaned.overlaps],
         "misalignments": [asdict(one) for one in cleaned.misalignments],
         "notices": list(cleaned.notices),
     }

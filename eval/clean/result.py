@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from datasets.motion.clip import BodyMotion
+from envs.physics.self_collision import Overlap
 from eval.clean.misalignments import Misalignment
 from eval.clean.moved_joints import MovedSpan
 
@@ -28,7 +29,9 @@ class CleaningResult:
         notices: Lines that a person should read.
         misalignments: Segments whose sensors were clearly misaligned, the largest first; corrected.
         moved: Spans in which a joint was moved far, in the order of time.
+        overlaps: Spans in which bodies still pass through each other, the deepest first.
         truth: Clean clip behind a simulated suit, where it is known.
+        read_as: Line that says what the recording was taken for.
     """
 
     name: str
@@ -41,7 +44,9 @@ class CleaningResult:
     notices: tuple[str, ...]
     misalignments: tuple[Misalignment, ...] = ()
     moved: tuple[MovedSpan, ...] = ()
+    overlaps: tuple[Overlap, ...] = ()
     truth: BodyMotion | None = None
+    read_as: str = ""
 
     @property
     def simulated(self) -> np.ndarray:

@@ -5,8 +5,29 @@ from collections.abc import Callable
 import numpy as np
 
 Mutation = Callable[[bytes, np.random.Generator], bytes]
-WORDS = (b"nan", b"-inf", b"1e999", b"1,5", b"--3", b"9" * 400, b"9" * 6000, b"{", b"}", b"\x00", b"\xff\xfe", b"JOINT", b"End Site")
-COUNTS = (b"0", b"-1", b"1", b"7", b"1.5", b"nan", b"2147483648", b"5000000000", b"9" * 30, b"1e9", b"")
+WORDS = (
+    b"nan",
+    b"-inf",
+    b"1e999",
+    b"1.#QNAN",
+    b"1,5",
+    b"1,2,3",
+    b"-",
+    b"--3",
+    b"# ",
+    b"EndSite",
+    b"9" * 400,
+    b"9" * 6000,
+    b"{",
+    b"}",
+    b"\x00",
+    b"\xff\xfe",
+    b"JOINT",
+    b"End Site",
+)
+COUNTS = (b"0", b"-1", b"1", b"7", b"1.5", b"nan", b"2147483648", b"5000000000", b"9" * 30, b"1e9", b"0,04", b"")
+NAMES = ("Schädel", "左腕ボーン", "Ä左", "\U0001f9b4")
+ENCODINGS = ("utf-16", "utf-16-le", "utf-16-be", "utf-32", "cp932", "latin-1", "utf-8-sig", "utf-7")
 
 
 def mutate(text: bytes, rng: np.random.Generator) -> bytes:
@@ -97,6 +118,54 @@ def _long_line(text: bytes, rng: np.random.Generator) -> bytes:
     return text[:place] + filler * int(rng.integers(1, 400_000)) + text[place:]
 
 
+def _recode(text: bytes, rng: np.random.Generator) -> bytes:
+    """Write names outside of ASCII, in another encoding and perhaps under another one's mark."""
+    named = text.decode("latin-1").replace("Hand", NAMES[rng.integers(len(NAMES))])
+    mark = (b"", b"", b"\xff\xfe", b"\xfe\xff", b"\xef\xbb\xbf")[rng.integers(5)]
+    return mark + named.encode(ENCODINGS[rng.integers(len(ENCODINGS))], errors="replace")
+
+
+def _comma(text: bytes, rng: np.random.Generator) -> bytes:
+    """Write decimal commas, or commas or tabs between numbers, in all of the file or from somewhere on."""
+    place = rng.integers(len(text) + 1) * rng.integers(2)
+    old, new = ((b".", b","), (b" ", b","), (b" ", b", "), (b" ", b"\t"))[rng.integers(4)]
+    return text[:place] + text[place:].replace(old, new)
+
+
+def _same_name(text: bytes, rng: np.random.Generator) -> bytes:
+    return text.replace((b"Hand", b"Hips")[rng.integers(2)], (b"Arm", b"Arm_2")[rng.integers(2)])
+
+
+def _more_figures(text: bytes, rng: np.random.Generator) -> bytes:
+    """Repeat the hierarchy as that of further figures, one or hundreds, and perhaps their numbers in each row."""
+    first, last = text.find(b"ROOT"), text.find(b"MOTION")
+    if not 0 <= first < last:
+        return text
+    count, lines = (1, int(rng.integers(1, 500)))[rng.integers(2)], text[last:].split(b"\n")
+    rows = lines[:3] + [b" ".join([line] * (1 + count * int(rng.integers(10) > 0))) for line in lines[3:]]
+    return text[:last] + text[first:last] * count + b"\n".join(rows)
+
+
+def _comment(text: bytes, rng: np.random.Generator) -> bytes:
+    lines = text.split(b"\n")
+    for place in rng.integers(len(lines) + 1, size=5):
+        lines.insert(place, (b"# ", b"//", b"\t; ")[rng.integers(3)] + b"}{ 1 2 3")
+    return b"\n".join(lines)
+
+
+def _missing_values(text: bytes, rng: np.random.Generator) -> bytes:
+    """Put what is no number into a tenth of the words after MOTION."""
+    head, motion, rows = text.partition(b"MOTION")
+    words = rows.split(b" ")
+    return head + motion + b" ".join(b"nan" if rng.random() < 0.1 else word for word in words)
+
+
+def _longer(text: bytes, rng: np.random.Generator) -> bytes:
+    """Repeat the last row, whatever is promised, with positions of zero and without a line's end."""
+    row = text.rstrip(b"\n").rpartition(b"\n")[2]
+    return text + (b"0 0 0 " + row.partition(b" ")[2] + b"\n") * int(rng.integers(1, 500)) + row[: rng.integers(len(row) + 1)]
+
+
 MUTATIONS: tuple[Mutation, ...] = (
     _truncate,
     _cut_out,
@@ -111,4 +180,11 @@ MUTATIONS: tuple[Mutation, ...] = (
     _noise,
     _only_noise,
     _long_line,
+    _recode,
+    _comma,
+    _same_name,
+    _more_figures,
+    _comment,
+    _missing_values,
+    _longer,
 )

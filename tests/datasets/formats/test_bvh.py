@@ -16,50 +16,8 @@ from configs.errors import InputError
 from datasets.formats.bvh import Bvh, channel_values, local_pose, read_bvh, write_bvh
 from datasets.formats.bvh_parser import MAX_BYTES
 from datasets.motion.skeleton import forward_kinematics
+from tests.datasets.formats.bvh_files import TINY, assert_equal, write
 from tests.datasets.formats.bvh_fuzzer import mutate
-
-# Nine channels: the root's six, Arm's position along Y alone and its turns about X and Z, none for Hand.
-TINY = """HIERARCHY
-ROOT Hips
-{
-	OFFSET 0.5 0 0
-	CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation
-	JOINT Arm
-	{
-		OFFSET 10 0 0
-		CHANNELS 3 Yposition Xrotation Zrotation
-		JOINT Hand
-		{
-			OFFSET 0 4 0
-			CHANNELS 0
-			End Site
-			{
-				OFFSET 0 -7.5 1e-05
-			}
-			End Site
-			{
-				OFFSET 0 1 0
-			}
-		}
-	}
-}
-MOTION
-Frames: 2
-Frame Time: 0.0083333
-1 2 3 90 0 0 0 0 0
-1 2 3 0 0 0 3 90 450.25
-"""
-
-
-def write(folder: Path, text: str | bytes) -> Path:
-    path = folder / "clip.bvh"
-    path.write_bytes(text.encode() if isinstance(text, str) else text)
-    return path
-
-
-def assert_equal(one: Bvh, other: Bvh) -> None:
-    for field in dataclasses.fields(Bvh):
-        np.testing.assert_equal(getattr(one, field.name), getattr(other, field.name))  # exact, arrays and tuples alike
 
 
 @pytest.fixture
@@ -135,7 +93,7 @@ def test_round_trip_of_every_number(tmp_path_factory: pytest.TempPathFactory, fr
     tiny = read_bvh(write(folder, TINY))
     wanted = dataclasses.replace(tiny, values=np.array([frame]), offsets=np.reshape(frame, (3, 3)), frame_time=frame_time)
     write_bvh(folder / "again.bvh", wanted)
-    assert_equal(read_bvh(folder / "again.bvh"), wanted)
+    assert_equal(read_bvh(folder / "again.bvh"), wanted, "relative_positions", "notices")  # which such values may look like
 
 
 TREES = st.lists(st.integers(0, 20), max_size=12)  # how far up from the joint before each further joint hangs
@@ -159,7 +117,7 @@ def test_round_trip_of_any_tree(tmp_path_factory: pytest.TempPathFactory, ups: l
     wanted = Bvh(tuple(names), tuple(parents), offsets, channels, tuple(data.draw(sites) for _ in parents), 1 / 120, values)
     file = tmp_path_factory.mktemp("tree") / "clip.bvh"
     write_bvh(file, wanted)
-    assert_equal(read_bvh(file), wanted)
+    assert_equal(read_bvh(file), wanted, "relative_positions", "notices")  # which such values may look like
 
 
 @pytest.mark.parametrize(
@@ -192,10 +150,9 @@ BAD = {
     "no hierarchy": ("HIERARCHY", "HELLO", 1, "HIERARCHY"),
     "no root": ("ROOT Hips", "JOINT Hips", 2, "ROOT"),
     "zero joints": (TINY[TINY.index("ROOT") : TINY.index("MOTION")], "", 2, "ROOT"),
-    "second root": ("MOTION", "ROOT Other", _line("MOTION"), "MOTION"),
+    "second root without a joint": ("MOTION", "ROOT Other", _line("MOTION") + 1, "{"),
+    "name is no text": ("JOINT Arm", "JOINT \udc81", _line("JOINT Arm"), "UTF-8, UTF-16, Shift-JIS or Latin-1"),
     "no name": ("JOINT Arm", "JOINT", _line("JOINT Arm") + 1, "name"),
-    "name is no text": ("JOINT Arm", "JOINT \udcff", _line("JOINT Arm"), "UTF-8"),
-    "name twice": ("JOINT Hand", "JOINT Arm", _line("JOINT Hand"), "unique"),
     "no brace": ("Hips\n{", "Hips\n", 4, "{"),
     "short offset": ("OFFSET 10 0 0", "OFFSET 10 0", 9, "not a number"),
     "long offset": ("OFFSET 10 0 0", "OFFSET 10 0 0 0", 8, "OFFSET"),
@@ -214,14 +171,9 @@ BAD = {
     "brace missing": ("}\nMOTION", "MOTION", _line("MOTION") - 1, "MOTION"),
     "thousands of joints": ("JOINT Arm", JOINTS + "JOINT Arm", 1005, "1000 joints"),
     "deep nesting": ("JOINT Arm", "".join(f"JOINT j{n} {{ OFFSET 0 1 0\n" for n in range(2000)) + "JOINT Arm", 105, "100 inside"),
-    "frames missing": ("Frames: 2\n", "", _line("Frames"), "Frames: NUMBER"),
-    "frames a word": ("Frames: 2", "Frames: two", _line("Frames"), "'two'"),
-    "frames zero": ("Frames: 2", "Frames: 0", _line("Frames"), "at least one"),
-    "frames negative": ("Frames: 2", "Frames: -2", _line("Frames"), "'-2'"),
-    "frames in the billions": ("Frames: 2", "Frames: 5000000000", _line("Frames"), "'5000000000'"),
-    "frames beyond integers": ("Frames: 2", "Frames: " + "9" * 9000, _line("Frames"), "'9999"),
-    "too many frames promised": ("Frames: 2", "Frames: 3", FIRST + 1, "3 frames of 9 values, but the file ends after 2"),
-    "too few frames promised": ("Frames: 2", "Frames: 1", FIRST + 1, "1 frames of 9 values, but more follow"),
+    "no frames": (TINY[TINY.index("1 2 3 90") :], "", FIRST - 1, "ends where the first frame"),
+    "no whole frame": (TINY[TINY.index("0 0\n1 2") :], "", FIRST, "at least one whole frame of 9"),
+    "frame rate zero": ("Frame Time: 0.0083333", "Frame Rate: 0", _line("Frame Time"), "frame rate of 0"),
     "frame time zero": ("Time: 0.0083333", "Time: 0", _line("Frame Time"), "0 s"),
     "frame time negative": ("Time: 0.0083333", "Time: -0.01", _line("Frame Time"), "-0.01 s"),
     "frame time absurd": ("Time: 0.0083333", "Time: 120", _line("Frame Time"), "120 s"),
@@ -231,12 +183,13 @@ BAD = {
     "value too many": ("3 90 450.25", "3 90 450.25 7", FIRST + 1, "10 values"),
     "values moved to another line": ("0 0\n1 2", "0 0 1\n2", FIRST, "10 values"),
     "value a word": ("3 90 450.25", "3 ninety 450.25", FIRST + 1, "'ninety'"),
-    "decimal comma": ("450.25", "450,25", FIRST + 1, "'450,25'"),
-    "value nan": ("3 90 450.25", "3 nan 450.25", FIRST + 1, "nan"),
-    "value infinite": ("1 2 3 90", "1 2 3 -inf", FIRST, "-inf"),
+    "channel without a number": ("0 0 0\n1 2 3 0 0 0 3 90 450.25", "0 0 nan\n1 2 3 0 0 0 3 90 nan", FIRST, "channel 9"),
+    "blank missing": ("3 90 450.25", "3 90.5-450.25", FIRST + 1, "'90.5-450.25'"),
+    "last value a word": ("3 90 450.25", "3 90 abc", FIRST + 1, "'abc'"),
+    "number cut off amid the rows": ("0 0 0\n1 2", "0 0 -\n1 2", FIRST, "'-' is not a number"),
+    "rows of different lengths": ("1 2 3 0 0 0 3 90 450.25", "1 2 3 0\n0 0 3 90 450.25 1", FIRST + 1, "4 values"),
     "value absurd": ("3 90 450.25", "3 90 1e30", FIRST + 1, "1e+30"),
     "endless line": ("3 90 450.25", "3 90 450.25" + " 0" * 600_000, FIRST + 1, "characters"),
-    "truncated motion": ("3 90 450.25\n", "3 9", FIRST + 1, "8 values"),
     "truncated hierarchy": (TINY[TINY.index("End Site") :], "", _line("End Site"), "ends where"),
     "binary": (TINY, "\udc89PNG\r\n\x1a\n\x00", 1, "HIERARCHY"),
     "blank": (TINY, " \n\n", 2, "ends where HIERARCHY"),
@@ -313,14 +266,17 @@ def check_mutants(text: bytes, folder: Path, seed: int, count: int) -> int:
             tracemalloc.reset_peak()
             before = tracemalloc.get_traced_memory()[0]
             try:
-                bvh = read_bvh(path)
+                bvh = read_bvh(path, figure=1)
             except InputError as error:
                 refused += 1
                 assert str(error).startswith(str(path))
                 assert str(error).isprintable()
             else:
+                assert np.isfinite(bvh.values).all()
+                assert all(notice.isprintable() and len(notice) < 500 for notice in bvh.notices)
                 write_bvh(path, bvh)
-                assert_equal(read_bvh(path), bvh)
+                # What was mended is no longer to be told. Names in a guessed encoding may read otherwise without the bytes around them.
+                assert_equal(read_bvh(path), bvh, "notices", *(("names", "repeated_names", "encoding") if bvh.encoding != "utf-8" else ()))
             assert tracemalloc.get_traced_memory()[1] - before < 2**24 + 100 * len(damaged)
     finally:
         tracemalloc.stop()

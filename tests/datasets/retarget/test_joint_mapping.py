@@ -102,8 +102,8 @@ def test_joints_that_do_not_hang_together_are_refused() -> None:
 
 def test_a_mapping_file_says_joints_unit_and_axis(tmp_path: Path) -> None:
     file = tmp_path / "mapping.yaml"
-    file.write_text("thigh_l: LeftUpLeg\nunit: 0.0254\nup: z\n")
-    assert read_mapping(file) == JointMapping({"thigh_l": "LeftUpLeg"}, 0.0254, "z")
+    file.write_text("thigh_l: LeftUpLeg\nunit: 0.0254\nup: -z\n")
+    assert read_mapping(file) == JointMapping({"thigh_l": "LeftUpLeg"}, 0.0254, "-z")
 
 
 @pytest.mark.parametrize(
@@ -112,7 +112,7 @@ def test_a_mapping_file_says_joints_unit_and_axis(tmp_path: Path) -> None:
         ("thihg_l: LeftUpLeg", "unknown key 'thihg_l', perhaps 'thigh_l'"),
         ("unit: cm", "unit 'cm' should be a positive number"),
         ("unit: -1", "unit '-1' should be a positive number"),
-        ("up: north", "up 'north' should be x, y or z"),
+        ("up: north", "up 'north' should be one of x, y, z, -x, -y, -z"),
         ("[1, 2]", "holds lines like"),
         ("a: [", "not a readable mapping file"),
     ],

@@ -36,6 +36,25 @@ def test_legs_that_are_a_humans_in_no_unit_are_refused() -> None:
         performer_clip_from_bvh(as_bvh(posed({}), unit=3e-6), "clip")
 
 
+def test_a_figure_with_long_legs_is_read_and_told() -> None:
+    bvh = as_bvh(posed({}))
+    long = replace(bvh, offsets=2.1 * bvh.offsets)  # legs of 1.74 m, if in centimetres
+    found = performer_clip_from_bvh(long, "clip")
+    assert found.unit == 0.01
+    assert found.notices[0].startswith("Legs of 1.74 m, in cm, are no body's.")
+    said = performer_clip_from_bvh(long, "clip", JointMapping(unit=0.005))
+    assert (said.unit, said.notices) == (0.005, ())
+
+
+def test_a_unit_that_files_hardly_have_is_told() -> None:
+    assert performer_clip_from_bvh(as_bvh(posed({}), unit=0.0254), "clip").notices[0].startswith("Lengths were taken to be in inch")
+    assert performer_clip_from_bvh(as_bvh(posed({}), unit=0.056444), "clip").notices == ()
+
+
+def test_a_rate_that_was_said_counts() -> None:
+    assert performer_clip_from_bvh(as_bvh(posed({})), "clip", JointMapping(fps=24.0)).motion.fps == 24.0
+
+
 def test_bones_without_length_are_refused() -> None:
     bvh = as_bvh(posed({}))
     offsets = bvh.offsets.copy()

@@ -31,6 +31,18 @@ ALONG_BONES = {
     **_turned(("foot", "toe"), "y", 40, 40),
     **_turned(("collar", "upper_arm", "forearm", "hand"), "z", 90, -90),
 }
+# Rest poses with arms, or arms and collars, where no T-pose has them, or with bent knees or a bent back
+ODD_REST_POSES = {
+    "arms down": _turned(("collar", "upper_arm", "forearm", "hand"), "x", -90, 90),
+    "arms forward": _turned(("collar", "upper_arm", "forearm", "hand"), "z", -90, 90),
+    "arms up": _turned(("collar", "upper_arm", "forearm", "hand"), "x", 90, -90),
+    "A-pose": _turned(("collar", "upper_arm", "forearm", "hand"), "x", -45, 45),
+    "A-pose of arms alone": _turned(("upper_arm", "forearm", "hand"), "x", -45, 45),
+    "N-pose of arms alone": _turned(("upper_arm", "forearm", "hand"), "x", -90, 90),
+    "knees bent": _turned(("thigh",), "y", -40, -40) | _turned(("shin",), "y", 50, 50),
+    "arms down, knees bent": _turned(("collar", "upper_arm", "forearm", "hand"), "x", -90, 90) | _turned(("thigh",), "y", -60, -60),
+    "stooped": {"chest": Rotation.from_euler("y", 80, degrees=True)},
+}
 SPLAYED = _turned(("thigh", "shin"), "x", -20, 20)  # as CMU's: the zero pose has the legs splayed
 
 
@@ -53,6 +65,26 @@ def test_our_own_skeleton_in_any_fashion_gives_the_same_motion(frames: dict[str,
     np.testing.assert_allclose(result.motion.root_position, clip.root_position, atol=1e-6)
     assert largest_turn(result.motion.local_rotations, clip.local_rotations) < 1e-4
     assert result.calibration.rest_is_human == (frames is not ALONG_BONES)
+
+
+@pytest.mark.parametrize("name", ODD_REST_POSES)
+def test_the_same_bodies_to_a_centimetre_whatever_the_rest_pose(name: str) -> None:
+    """Somebody strolls and swings arms and knees; spine and collars hardly move, and on average not at all."""
+    frames = 120
+    wave = np.sin(2 * np.pi * np.arange(frames) / 60.0)
+    clip = posed({}, frames)
+    hinges = np.zeros((frames, 43))
+    for side, sign in (("l", 1.0), ("r", -1.0)):
+        hinges[:, hinge(f"upper_arm_{side}_x")] = sign * (-1.1 + 0.2 * wave)
+        hinges[:, hinge(f"forearm_{side}_z")] = -sign * (0.5 + 0.3 * wave)
+        hinges[:, hinge(f"thigh_{side}_y")] = sign * 0.3 * wave
+        hinges[:, hinge(f"shin_{side}_y")] = 0.5 + 0.3 * wave
+        hinges[:, hinge(f"collar_{side}_z")] = 0.05 * wave
+    clip = replace(clip, local_rotations=rotations_from_hinges(clip.local_rotations[:, 0], hinges))
+    expected, _ = body_poses(clip)
+    found, _ = body_poses(retargeted(as_bvh(clip, frames=ODD_REST_POSES[name])).motion)
+    off = (found - found[:, :1]) - (expected - expected[:, :1])
+    assert np.linalg.norm(off, axis=-1).max() < 0.01
 
 
 def test_every_frame_is_one_that_the_hinges_can_take() -> None:

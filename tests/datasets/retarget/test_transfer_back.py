@@ -16,10 +16,11 @@ from datasets.motion.humanoid import BODY_NAMES, FOOT_AND_TOE_BODIES
 from datasets.motion.kinematics import body_poses, joint_poses
 from datasets.motion.rotation import conjugate, cross, from_axis_angle, multiply, rotate, rotation_angle
 from datasets.motion.skeleton import forward_kinematics
+from datasets.retarget.joint_mapping import JointMapping
 from datasets.retarget.performer_clip import PerformerClip, performer_clip_from_bvh
 from datasets.retarget.retarget import Retargeted, retarget, retarget_with
-from datasets.retarget.transfer_back import from_performer_bvh, to_performer_bvh, transfer_back
-from tests.builders import as_bvh, lively, posed
+from datasets.retarget.transfer_back import from_performer_bvh, to_performer_bvh, to_zero_ground, transfer_back
+from tests.builders import STANDING, as_bvh, in_axes, lively, posed
 
 HEADING = 130.0  # degrees
 LARGER = 1.4  # the performer's size over ours
@@ -147,6 +148,56 @@ def test_of_two_joints_with_places_the_one_that_moves_is_moved(moving: bool) -> 
     assert columns <= ({0, 1, 2} if moving else {6, 7, 8})
     lifted = (file_world(out)[0] - file_world(bvh)[0])[-1, 1:]  # [cm], 1.4 times ours
     assert lifted == pytest.approx(np.tile([0.0, 14.0, 0.0], (len(lifted), 1)), abs=1e-5)
+
+
+@pytest.mark.parametrize("above", [None, False, True], ids=["hips", "root-above", "moving-root-above"])
+def test_the_ground_is_put_on_zero(above: bool | None) -> None:
+    bvh = as_bvh(posed({}, height=STANDING + 2.5))
+    bvh = bvh if above is None else with_joint_above(bvh, above)
+    _, result = opened(bvh)
+    assert result.ground == pytest.approx(2.5, abs=1e-6 if above is None else 0.2)  # under a root that leans by 20 degrees
+    moved = file_world(to_zero_ground(bvh, result))[0] - file_world(bvh)[0]
+    assert moved == pytest.approx(np.tile([0.0, -100.0 * result.ground, 0.0], (*moved.shape[:2], 1)), abs=1e-5)
+
+
+def test_the_ground_is_put_on_zero_below_a_turned_root_without_places_and_before_the_motion() -> None:
+    """The root above the hips is turned by 90 degrees about Z, so that the world's Y is the hips' X."""
+    whole = with_joint_above(as_bvh(posed({}, frames=60, height=STANDING - 0.4)), moving=False)
+    values = whole.values[:, 3:].copy()
+    values[:, :3] = (90.0, 0.0, 0.0)
+    values[:, 3:6] = np.stack([values[:, 4], -values[:, 3], values[:, 5]], axis=1)
+    values[:, 6:9] = (-90.0, 0.0, 0.0)
+    values[0, 9 + 3 * whole.names.index("LeftArm") - 6] += 90.0  # jumps into the motion
+    bvh = replace(whole, channels=(whole.channels[0][3:], *whole.channels[1:]), values=values)
+    _, result = opened(bvh)
+    assert result.ground == pytest.approx(-0.4)
+    moved = file_world(to_zero_ground(bvh, result))[0] - file_world(bvh)[0]
+    assert moved[:, 1:] == pytest.approx(np.tile([0.0, 40.0, 0.0], (60, moved.shape[1] - 1, 1)), abs=1e-5)
+
+
+@pytest.mark.parametrize("axes", [np.diag([1.0, -1.0, -1.0]), np.diag([-1.0, 1.0, 1.0])], ids=["y-down", "mirrored"])
+def test_a_file_with_other_axes_keeps_them(axes: np.ndarray) -> None:
+    """10 cm more height are 10 cm along the file's own up axis, and a hand that rises to the left does so in the file's own way."""
+    mirrored = bool(np.linalg.det(axes) < 0.0)
+    straight, other = as_bvh(lively()), in_axes(as_bvh(lively()), axes)
+    written = []
+    for bvh, mapping in ((straight, JointMapping()), (other, JointMapping(mirror=mirrored))):
+        clip = performer_clip_from_bvh(bvh, "clip", mapping)
+        result = retarget(clip)
+        rising = turned(result.motion, "hand_l", (1.0, 0.0, 0.0), 30.0)
+        rising = replace(rising, root_position=rising.root_position + np.linspace(0.0, 0.1, len(rising))[:, None] * (0.0, 0.0, 1.0))
+        out = to_performer_bvh(bvh, clip, transfer_back(result, rising))
+        assert (out.names, out.frame_time) == (bvh.names, bvh.frame_time)
+        written.append(file_world(out)[0])
+        np.testing.assert_allclose(from_performer_bvh(out, clip).local_rotations.shape, clip.motion.local_rotations.shape)
+    np.testing.assert_allclose(written[1], written[0] @ axes.T, atol=1e-3)  # [cm]
+    assert np.abs(written[0] - file_world(straight)[0]).max() > 9.0
+
+
+def test_a_rate_that_was_said_is_written() -> None:
+    bvh = as_bvh(posed({}))
+    clip = performer_clip_from_bvh(bvh, "clip", JointMapping(fps=24.0))
+    assert to_performer_bvh(bvh, clip, clip.motion).frame_time == pytest.approx(1.0 / 24.0)
 
 
 def test_a_file_that_cannot_hold_a_place_is_refused() -> None:

@@ -11,7 +11,7 @@ from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_NAMES, HINGE_NAMES, hinge_angles, rotations_from_hinges
 from datasets.motion.kinematics import body_poses
 from envs.physics.humanoid_mjcf import build_model
-from envs.physics.self_collision import remove_self_penetration
+from envs.physics.self_collision import find_overlaps, remove_self_penetration
 from tests.builders import hinge, posed
 from tests.envs.states import swaying
 
@@ -89,7 +89,7 @@ def passing() -> BodyMotion:
     time = np.arange(360) / 60.0 - 3.0
     hinges = np.zeros((360, 43))
     hinges[:, hinge("upper_arm_l_x")] = np.radians(-60.0)
-    hinges[:, hinge("upper_arm_l_x")] -= np.radians(50.0) * np.exp(-((time / 0.15) ** 2))  # into the flank
+    hinges[:, hinge("upper_arm_l_x")] -= np.radians(36.0) * np.exp(-((time / 0.15) ** 2))  # into the flank
     still = posed({}, 360)
     return replace(still, local_rotations=rotations_from_hinges(still.local_rotations[:, 0], hinges))
 
@@ -112,16 +112,62 @@ def test_corrections_come_and_go_smoothly() -> None:
     assert np.abs(np.diff(given, axis=0)).max() < np.abs(given).max() / 6.0
 
 
+def forearms_that_cross(height: np.ndarray) -> BodyMotion:
+    """Return a clip whose arms stretch forward and cross at 60 degrees, the right one's axis ``height`` (T,) [m] above the left one's.
+
+    Shoulders are 0.36 m apart, so the arms meet 0.36 m from them, in the forearms, which begin at 0.28 m.
+    """
+    hinges = np.zeros((len(height), 43))
+    hinges[:, hinge("upper_arm_l_z")], hinges[:, hinge("upper_arm_r_z")] = np.radians(-120.0), np.radians(120.0)
+    hinges[:, hinge("upper_arm_r_x")] = -np.arcsin(height / 0.36)
+    still = posed({}, len(height))
+    return replace(still, local_rotations=rotations_from_hinges(still.local_rotations[:, 0], hinges))
+
+
 def test_a_limb_goes_out_on_the_side_where_it_came_in() -> None:
-    # An arm that moves from 20 cm before the chest's axis to 3 cm behind it, where out would be backwards, and comes again.
+    # A forearm that comes from 20 cm above the other one to 2 cm below its axis, where out would be downwards, and goes again. Each
+    # gives way by half of 0.076 + 0.02 m at 0.36 m from the shoulder, the hands, whose joints are at 0.53 m, by 7 cm.
+    time = np.arange(240) / 240.0
+    through = forearms_that_cross(0.09 + 0.11 * np.cos(2.0 * np.pi * time))
+    assert depth(through, "forearm_l", "forearm_r").max() > 0.07
+    found = remove_self_penetration(through)
+    assert depth(found, "forearm_l", "forearm_r").max() < 0.009
+    hands = body_poses(found)[0][:, [BODY_NAMES.index("hand_l"), BODY_NAMES.index("hand_r")], 2]
+    assert (hands[:, 1] - hands[:, 0]).min() > 0.05  # the right one stays above
+    assert np.abs(np.diff(hands, axis=0)).max() < 0.02
+
+
+def test_a_limb_that_would_have_to_move_far_is_left_and_listed() -> None:
+    # To 3 cm behind the chest's axis: 0.11 + 0.038 + 0.03 = 0.178 m to the front would be out.
     time = np.arange(240) / 240.0
     through = arm_before_the_chest(0.085 + 0.115 * np.cos(2.0 * np.pi * time))
     assert depth(through, "chest", "forearm_l").max() > 0.1
     found = remove_self_penetration(through)
-    assert max(depth(found, name, "forearm_l").max() for name in ("chest", "spine")) < 0.009
-    elbow = body_poses(found)[0][:, BODY_NAMES.index("forearm_l"), 0]
-    assert elbow.min() > 0.05
-    assert np.abs(np.diff(elbow)).max() < 0.02
+    assert body_poses(found)[0] == pytest.approx(body_poses(through)[0], abs=1e-4)
+    first = find_overlaps(found)[0]
+    assert first.bodies == ("forearm_l", "chest")
+    assert first.depth_mm == pytest.approx(1e3 * depth(through, "chest", "forearm_l").max(), abs=0.5)
+    # Deeper than 3 cm where the axis is nearer than 0.148 - 0.03 = 0.118 m: cos < 0.287, from 0.2037 of the 4 s (60 fps) on.
+    assert first.start_s == pytest.approx(0.2037 * 4.0, abs=0.05)
+    assert str(first).startswith("left forearm in chest by 148 mm at 0.8 to 3.2 s")
+
+
+def kneeling_bow(height: float) -> BodyMotion:
+    """Return a clip of who kneels on the right knee and bows over the left thigh, with the pelvis ``height`` [m] above the ground."""
+    pose = {"thigh_l_y": -100.0, "shin_l_y": 100.0, "shin_r_y": 90.0, "spine_y": 52.0, "chest_y": 52.0}
+    motion = posed(pose, FRAMES)
+    return replace(motion, root_position=motion.root_position * [1.0, 1.0, 0.0] + [0.0, 0.0, height])
+
+
+def test_a_leg_that_stands_is_not_moved_for_the_trunk() -> None:
+    # Hips at 0.46 m: the right knee is 0.42 m lower, at 0.04; the left one at 0.46 + 0.42 sin 10 = 0.533, its sole 0.41 + 0.08 m lower.
+    standing, hanging = kneeling_bow(0.49), kneeling_bow(1.49)
+    trunk = max(depth(standing, name, "thigh_l").max() for name in ("spine", "chest"))
+    assert trunk > 0.01
+    legs = [BODY_NAMES.index(f"{part}_l") for part in ("thigh", "shin")]
+    moved = [np.abs(remove_self_penetration(one).local_rotations - one.local_rotations)[:, legs].max() for one in (standing, hanging)]
+    assert moved[0] == 0.0
+    assert moved[1] > 0.01
 
 
 def test_clips_without_overlaps_come_back_themselves() -> None:

@@ -1,5 +1,6 @@
 """``python -m eval.clean`` with a small search and an untrained policy: a file, a folder, and everything that a user may get wrong."""
 
+import json
 import subprocess
 import sys
 from dataclasses import replace
@@ -16,7 +17,7 @@ from eval.clean import believed_root
 from eval.clean import cli as clean
 from eval.clean.pipeline import CleaningPipeline
 from eval.clean.result import CleaningResult
-from tests.builders import as_bvh, posed
+from tests.builders import as_bvh, in_axes, posed, write_two_figures
 from tests.eval.clean.clean_parts import saved, shrink_search, simulator, standing
 
 FPS = 30.0
@@ -74,6 +75,67 @@ def test_a_clip_becomes_another_of_the_same_skeleton(policy: Path, tmp_path: Pat
     assert "1.5 s in " in said  # at 60 fps, as cleaned: 89 frames
     # Nothing else is left beside it.
     assert [path.name for path in (tmp_path / "new").iterdir()] == ["out.bvh"]
+
+
+def test_what_was_mended_in_the_file_is_told_first_and_the_names_stay(
+    policy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    written(tmp_path / "in.bvh")
+    text = (tmp_path / "in.bvh").read_text().replace("Frames: 45", "Frames: 44").replace("JOINT Spine1", "JOINT Spine")
+    (tmp_path / "in.bvh").write_text(text)
+    end = ["--policy", policy, "--without", "physics", "--without", "restore"]
+    assert run(tmp_path / "in.bvh", "--out", tmp_path / "out.bvh", *end) == 0
+    told = [line.strip() for line in capsys.readouterr().out.splitlines()]
+    assert told[1].startswith("Joint names stand twice: 'Spine' under 'Spine' ")
+    assert told[2] == "'Frames:' says '44', 45 whole frames follow: all of them were read."
+    cleaned = (tmp_path / "out.bvh").read_text()
+    assert cleaned.count("JOINT Spine\n") == 2
+    assert "Frames: 45\n" in cleaned
+
+
+def test_one_figure_of_two_is_cleaned(policy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    other = as_bvh(standing(45, FPS), without=("toe_l", "toe_r"))
+    write_two_figures(tmp_path / "in.bvh", as_bvh(standing(45, FPS)), other)
+    end = ["--policy", policy, "--without", "physics", "--without", "restore"]
+    assert "2 figures" in refused(capsys, tmp_path / "in.bvh", "--out", tmp_path / "out.bvh", *end)
+    assert not (tmp_path / "out.bvh").exists()
+    assert run(tmp_path / "in.bvh", "--out", tmp_path / "out.bvh", "--figure", 2, *end) == 0
+    same_skeleton(other, read_bvh(tmp_path / "out.bvh"))
+    assert "Figure 2 of 2" in capsys.readouterr().out
+
+
+def test_what_was_taken_is_told_and_options_change_it(policy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Somebody stands 40 cm under the floor of a file whose Y points down; the rate is wrong by a factor of two."""
+    low = replace(standing(45, FPS), root_position=standing(45, FPS).root_position - np.array([0.0, 0.0, 0.4]))
+    given = in_axes(as_bvh(low), np.diag([1.0, -1.0, -1.0]))
+    write_bvh(tmp_path / "in.bvh", given)
+    end = ["--policy", policy, "--without", "physics", "--without", "restore"]
+    assert run(tmp_path / "in.bvh", "--out", tmp_path / "kept.bvh", *end) == 0
+    said = capsys.readouterr().out
+    assert said.count("read as: ") == 1
+    assert "read as: -Y up, cm, 30 fps, facing -Z, ground at -0.40 m, joints by name, retargeting error" in said
+    options = ["--ground", "zero", "--fps", "60", "--up", "-y", "--report", tmp_path / "report"]
+    assert run(tmp_path / "in.bvh", "--out", tmp_path / "zero.bvh", *end, *options) == 0
+    kept, zero = read_bvh(tmp_path / "kept.bvh"), read_bvh(tmp_path / "zero.bvh")
+    assert kept.frame_time == pytest.approx(1.0 / 30.0, abs=1e-6)
+    assert zero.frame_time == pytest.approx(1.0 / 60.0, abs=1e-6)
+    assert kept.values[:, 1] == pytest.approx(given.values[:, 1], abs=2.0)
+    assert zero.values[:, 1] == pytest.approx(given.values[:, 1] - 40.0, abs=2.0)  # higher is less
+    report = json.loads((tmp_path / "report" / "report.json").read_text())
+    assert "-Y up, cm, 60 fps, facing -Z, ground at -0.40 m, put on 0" in report["read_as"]
+    assert "ground at -0.40 m, put on 0" in (tmp_path / "report" / "index.html").read_text()
+
+
+def test_a_mirrored_clip_is_never_cleaned_in_silence(policy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bent = {"thigh_l_y": -30.0, "thigh_r_y": -30.0, "shin_l_y": 60.0, "shin_r_y": 60.0, "foot_l_y": -30.0, "foot_r_y": -30.0}
+    write_bvh(tmp_path / "in.bvh", in_axes(as_bvh(posed(bent)), np.diag([-1.0, 1.0, 1.0])))
+    end = ["--out", tmp_path / "out.bvh", "--policy", policy, "--without", "physics"]
+    assert run(tmp_path / "in.bvh", *end) == 0
+    assert "a left-handed export has exchanged them: --mirror." in " ".join(capsys.readouterr().out.split())
+    assert run(tmp_path / "in.bvh", *end, "--mirror") == 0
+    said = capsys.readouterr().out
+    assert "read as: Y up, left and right exchanged, cm, 60 fps, facing +Z" in said
+    assert "Knees" not in said
 
 
 def test_the_same_clip_is_cleaned_in_the_same_way(policy: Path, tmp_path: Path) -> None:
@@ -142,6 +204,7 @@ def test_what_cannot_be_done_is_told_in_a_line(policy: Path, tmp_path: Path, cap
         (refused(capsys, clip, "--out", tmp_path / "notes.txt" / "out.bvh", *end), "notes.txt is no folder"),
         (refused(capsys, clip, "--out", folder / "out.bvh", "--report", tmp_path / "notes.txt", *end), "--report"),
         (refused(capsys, clip, "--out", folder / "out.bvh", "--mapping", tmp_path / "none.yaml", *end), "none.yaml"),
+        (refused(capsys, clip, "--out", folder / "out.bvh", "--unit", "-1", *end), "--unit -1 should be a positive number"),
         (refused(capsys, clip, "--out", folder / "out.bvh", "--policy", tmp_path / "none.safetensors"), "none.safetensors"),
         (refused(capsys, clip, "--out", folder / "out.bvh", "--policy", tmp_path / "notes.txt"), "notes.txt"),
         (refused(capsys, folder / "empty", "--out", folder / "out", *end), "no BVH file here or below"),

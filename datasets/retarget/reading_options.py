@@ -1,0 +1,55 @@
+"""Options of command lines that say what a recording is, where it is detected wrongly or not at all."""
+
+import argparse
+import math
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from configs.errors import InputError
+from datasets.retarget.joint_mapping import UP_AXES, JointMapping, read_mapping
+
+
+def add_reading_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options to a parser."""
+    say = parser.add_argument_group("what the recording is, where it is detected wrongly")
+    say.add_argument("--mapping", type=Path, metavar="FILE", help="YAML that names joints, unit or up axis, as in 'thigh_l: LeftUpLeg'")
+    say.add_argument("--figure", type=int, metavar="N", help="which figure of a file that holds several, counted from 1")
+    say.add_argument("--up", choices=UP_AXES, help="axis of the file that points up")
+    say.add_argument("--unit", type=float, metavar="METRES", help="metres in a unit of the file, such as 0.01")
+    say.add_argument("--fps", type=float, metavar="N", help="frame rate, where the file's is wrong; the output has it, too")
+    say.add_argument("--mirror", action="store_true", help="exchange left and right, of a file from a left-handed program")
+    say.add_argument(
+        "--ground", choices=("keep", "zero"), default="keep", help="leave the ground at its height, or put it on 0 (default %(default)s)"
+    )
+
+
+def parse_reading(parser: argparse.ArgumentParser, arguments: Sequence[str] | None) -> argparse.Namespace:
+    """Return the parsed arguments, the process's own if None; ``--up -y`` is read like ``--up=-y``, which argparse takes for an option."""
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    for index in range(len(words) - 2, -1, -1):
+        if words[index] == "--up" and words[index + 1] in UP_AXES:
+            words[index : index + 2] = [f"--up={words[index + 1]}"]
+    return parser.parse_args(words)
+
+
+def mapping_from_options(options: argparse.Namespace) -> JointMapping:
+    """Return what the user said, in a mapping file and by options, of which the options count more.
+
+    Raises:
+        InputError: If a number is none that could be, or the mapping file is broken.
+    """
+    for name, value in (("--unit", options.unit), ("--fps", options.fps)):
+        if value is not None and not (value > 0.0 and math.isfinite(value)):
+            raise InputError(f"{name} {value:g} should be a positive number")
+    mapping = read_mapping(options.mapping) if options.mapping else JointMapping()
+    return replace(
+        mapping,
+        unit=options.unit or mapping.unit,
+        up_axis=options.up or mapping.up_axis,
+        fps=options.fps,
+        figure=options.figure,
+        mirror=options.mirror,
+        zero_ground=options.ground == "zero",
+    )
