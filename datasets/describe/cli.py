@@ -18,6 +18,7 @@ from datasets.imu.recording import load_performer_clip
 from datasets.library.sources import find_motion_files
 from datasets.motion.humanoid import BODY_NAMES
 from datasets.retarget.joint_mapping import OPTIONAL_BODIES, JointMapping
+from datasets.retarget.mapping_draft import JointMapError, save_draft
 from datasets.retarget.performer_clip import PerformerClip, name_of_unit
 from datasets.retarget.plausibility import find_implausible
 from datasets.retarget.reading import facing
@@ -124,7 +125,7 @@ def _skeleton(performer_clip: PerformerClip) -> str:
     """Return the number of joints and, if recognised, the program that made the skeleton."""
     names = performer_clip.motion.skeleton.names
     family = next((family for joint, family in FAMILIES.items() if joint in names), "")
-    return f"{family} {len(names)} joints".strip()
+    return f"{family} {len(names) - len(performer_clip.edits.added)} joints".strip()
 
 
 def _notes(description: Description) -> list[str]:
@@ -168,7 +169,10 @@ def main(arguments: list[str] | None = None, prog: str = "python -m datasets.des
 
 
 def _run(options: argparse.Namespace) -> None:
-    described = describe(options.path, mapping_from_options(options))
+    try:
+        described = describe(options.path, mapping_from_options(options))
+    except JointMapError as error:
+        raise save_draft(error, error.clip, Path()) from error
     if options.out:
         _draw_all(described, options.out)
     console = Console()

@@ -15,7 +15,7 @@ from datasets.motion.clip import BodyMotion, Motion
 from datasets.motion.humanoid import BODY_NAMES, LEG_LENGTH
 from datasets.motion.rotation import conjugate, from_yaw, multiply, rotate
 from datasets.motion.skeleton import Skeleton
-from datasets.retarget.joint_mapping import JointMapping, find_joint_map
+from datasets.retarget.joint_mapping import TIP_BODIES, JointMapping, find_joint_map
 from datasets.retarget.performer_clip import MAX_LEG_RATIO, PerformerClip, leg_length, load_performer_bvh
 from datasets.retarget.retarget import Retargeted, retarget
 
@@ -84,6 +84,9 @@ def performer_clip_from_mvnx(mvnx: Mvnx, name: str, mapping: JointMapping | None
         InputError: If the segments are not a human's, in metres.
     """
     joint_map = find_joint_map(mvnx.segments, mvnx.parents, mapping)
+    lacking = [body for body in TIP_BODIES if body not in joint_map]
+    if lacking:
+        raise InputError(f"no segment found for {', '.join(lacking)} among {', '.join(mvnx.segments)}; name them in a mapping file")
     over = list(mvnx.parents[1:])
     to_parent = conjugate(mvnx.orientations[:, over])
     local_positions, local_rotations = mvnx.positions.copy(), mvnx.orientations.copy()

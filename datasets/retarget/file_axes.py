@@ -3,7 +3,7 @@
 import numpy as np
 
 from datasets.motion.humanoid import GRAVITY_M_S2, LEG_LENGTH
-from datasets.retarget.joint_mapping import JointMap
+from datasets.retarget.joint_tree import JointMap
 
 _EYE = np.eye(3)
 # Up in the file -> matrix from the file's axes to ours

@@ -13,7 +13,11 @@ from datasets.motion.clip import Motion
 from datasets.motion.humanoid import LEG_LENGTH
 from datasets.motion.skeleton import Skeleton, forward_kinematics
 from datasets.retarget.file_axes import BY_MOTION, file_axes, find_up_axis, turn_points, turn_rotations
-from datasets.retarget.joint_mapping import JointMap, JointMapping, find_joint_map
+from datasets.retarget.joint_mapping import JointMapping
+from datasets.retarget.joint_tree import JointMap
+from datasets.retarget.mapping_draft import JointMapError
+from datasets.retarget.performer_tree import end_offsets, find_performer_tree
+from datasets.retarget.tree_edits import TreeEdits, level_added_feet
 
 METRES_PER_UNIT: dict[str, float] = {"m": 1.0, "ft": 0.3048, "dm": 0.1, "CMU": 0.056444, "inch": 0.0254, "cm": 0.01, "mm": 0.001}
 POSITIONS = {"Xposition", "Yposition", "Zposition"}
@@ -39,6 +43,7 @@ class PerformerClip:
         joints_with_positions: Joints with position channels.
         mapping: What the user said of the file.
         notices: Lines that a person should read about what was guessed.
+        edits: How its tree was made from the file's.
     """
 
     motion: Motion
@@ -50,6 +55,7 @@ class PerformerClip:
     joints_with_positions: tuple[int, ...] = (0,)
     mapping: JointMapping = field(default_factory=JointMapping)
     notices: tuple[str, ...] = ()
+    edits: TreeEdits = field(default_factory=TreeEdits)
 
     @property
     def axes(self) -> np.ndarray:
@@ -72,6 +78,8 @@ def load_performer_bvh(path: str | os.PathLike[str], mapping: JointMapping | Non
     """
     try:
         return performer_clip_from_bvh(read_bvh(path, mapping.figure if mapping else None), Path(path).stem, mapping)
+    except JointMapError as error:
+        raise error.at(Path(path)) from error
     except InputError as error:
         raise error if str(path) in str(error) else InputError(f"{path}: {error}") from error
 
@@ -79,13 +87,15 @@ def load_performer_bvh(path: str | os.PathLike[str], mapping: JointMapping | Non
 def performer_clip_from_bvh(bvh: Bvh, name: str, mapping: JointMapping | None = None) -> PerformerClip:
     """Return the clip of a BVH in metres and Z up; arguments and errors are those of ``load_performer_bvh``."""
     mapping = mapping or JointMapping()
-    joint_map = find_joint_map(bvh.names, bvh.parents, mapping)
-    local_positions, local_rotations = local_pose(bvh)
-    positions, _ = forward_kinematics(bvh.parents, local_positions, local_rotations)
+    in_file = local_pose(bvh)
+    tree = find_performer_tree(bvh, *in_file, mapping)
+    joint_map = tree.joint_map
+    local_positions, local_rotations = tree.edits.to_clip(*in_file)
+    positions, _ = forward_kinematics(tree.parents, local_positions, local_rotations)
     leg, fps = leg_length(positions, joint_map), mapping.fps or _rate(bvh.frame_time)
-    _check_bones(bvh.names, positions, joint_map, leg)
-    rest = _rest_positions(bvh.parents, np.concat([np.zeros((1, 3)), np.median(local_positions, axis=0)[1:]]))
-    notices: list[str] = []
+    _check_bones(tree.names, positions, joint_map, leg)
+    rest = _rest_positions(tree.parents, np.concat([np.zeros((1, 3)), np.median(local_positions, axis=0)[1:]]))
+    notices = [*bvh.notices, *tree.notices]
     up, unit = mapping.up_axis, mapping.unit
     if up is None:
         up, shown_by = find_up_axis(positions, rest, joint_map, leg, fps)
@@ -96,11 +106,22 @@ def performer_clip_from_bvh(bvh: Bvh, name: str, mapping: JointMapping | None = 
     axes, dropped = file_axes(up, mapping.mirror), _leading_frames(positions, joint_map, leg)
     local_positions = unit * turn_points(axes, local_positions[dropped:])
     offsets = np.concat([np.zeros((1, 3)), np.median(local_positions, axis=0)[1:]])
-    tips = np.array([np.mean(sites, axis=0) if sites else np.zeros(3) for sites in bvh.end_sites])
+    tips = end_offsets(tree, bvh, in_file[0])
     local_rotations = turn_rotations(axes, local_rotations[dropped:])
-    motion = Motion(Skeleton(bvh.names, bvh.parents, offsets), local_positions, local_rotations, fps, name)
+    motion = Motion(Skeleton(tree.names, tree.parents, offsets), local_positions, local_rotations, fps, name)
     placed = tuple(joint for joint, channels in enumerate(bvh.channels) if set(channels) >= POSITIONS)
-    return PerformerClip(motion, joint_map, unit * turn_points(axes, tips), unit, up, dropped, placed, mapping, (*bvh.notices, *notices))
+    return PerformerClip(
+        level_added_feet(motion, tree.edits),
+        joint_map,
+        unit * turn_points(axes, tips),
+        unit,
+        up,
+        dropped,
+        tree.edits.joints_with_positions(placed),
+        mapping,
+        tuple(notices),
+        tree.edits,
+    )
 
 
 def _rest_positions(parents: tuple[int, ...], offsets: np.ndarray) -> np.ndarray:

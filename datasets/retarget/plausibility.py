@@ -11,7 +11,7 @@ from datasets.motion.kinematics import joint_poses
 from datasets.motion.rotation import cross, rotate
 from datasets.motion.vectors import unit_vector
 from datasets.retarget.file_axes import nearest_axis
-from datasets.retarget.joint_mapping import JointMap
+from datasets.retarget.joint_tree import JointMap
 from datasets.retarget.performer_clip import PerformerClip, leg_length
 from datasets.retarget.retarget import Retargeted, foot_tip
 

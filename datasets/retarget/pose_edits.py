@@ -9,7 +9,7 @@ from datasets.ik.two_bone_ik import solve_two_bone_ik
 from datasets.motion.clip import Motion
 from datasets.motion.kinematics import joint_poses
 from datasets.motion.rotation import conjugate, multiply, rotate
-from datasets.retarget.joint_mapping import ancestors
+from datasets.retarget.joint_tree import ancestors, torso_root
 from datasets.retarget.performer_clip import PerformerClip
 from datasets.retarget.retarget import Retargeted
 
@@ -41,7 +41,7 @@ def translate_hips(motion: Motion, performer_clip: PerformerClip, moved: np.ndar
         InputError: If the file has no position channels for any of them.
     """
     names, parents = motion.skeleton.names, motion.skeleton.parents
-    above = ancestors(performer_clip.joint_map["pelvis"], parents)
+    above = ancestors(torso_root(performer_clip.joint_map, parents), parents)
     able = [joint for joint in above if joint in performer_clip.joints_with_positions]
     if not able:
         raise InputError(

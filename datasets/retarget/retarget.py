@@ -17,7 +17,7 @@ from datasets.motion.kinematics import MAX_LEVEL_DIFFERENCE_M, align_quaternion_
 from datasets.motion.rotation import conjugate, cross, from_axis_angle, from_yaw, heading, multiply, rotate
 from datasets.motion.vectors import rotation_from_axes, unit_vector
 from datasets.retarget.calibration import LIMB_HINGES, PerformerCalibration, WorldPoses, calibrate_performer
-from datasets.retarget.joint_mapping import JointMap
+from datasets.retarget.joint_tree import JointMap
 from datasets.retarget.performer_clip import PerformerClip, leg_length
 
 # The ground is where feet stand: measured on 48 CMU clips, this quarter of standing soles left them floating 5 mm and

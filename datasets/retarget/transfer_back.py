@@ -16,10 +16,11 @@ from datasets.motion.kinematics import body_poses, joint_poses
 from datasets.motion.rotation import conjugate, from_yaw, multiply, rotate, rotation_angle
 from datasets.motion.skeleton import forward_kinematics
 from datasets.retarget.file_axes import turn_points, turn_rotations
-from datasets.retarget.joint_mapping import ancestors
-from datasets.retarget.performer_clip import PerformerClip
+from datasets.retarget.joint_tree import ancestors, torso_root
+from datasets.retarget.performer_clip import POSITIONS, PerformerClip
 from datasets.retarget.pose_edits import set_world_rotations, solve_leg_ik, translate_hips
 from datasets.retarget.retarget import Retargeted
+from datasets.retarget.tree_edits import level_added_feet
 
 DECIMALS = 6  # decimals of written numbers [degrees, file unit]
 SAME_ANGLE_RAD, SAME_POSITION_M = 1e-6, 1e-7  # rad and m, up to which a change leaves the channels' numbers as they were
@@ -53,9 +54,11 @@ def transfer_back(retargeted: Retargeted, after: BodyMotion) -> Motion:
 
     positions, rotations = joint_poses(motion)
     hips = 0.5 * (positions[:, joint_map["thigh_l"]] + positions[:, joint_map["thigh_r"]])
-    from_hips = positions[:, joint_map["pelvis"]] - hips
+    carrier = torso_root(joint_map, motion.skeleton.parents)  # of pelvis and spine, where they hang beside each other
+    from_hips = positions[:, carrier] - hips
     pelvis = 0.5 * (of(moved, "thigh_l") + of(moved, "thigh_r")) + rotate(of(changes, "pelvis"), from_hips) - from_hips
     turned = {joint: multiply(of(changes, body), rotations[:, joint]) for body, joint in joint_map.items()}
+    turned.setdefault(carrier, multiply(of(changes, "pelvis"), rotations[:, carrier]))
     ankles = {foot: positions[:, joint_map[foot]] + of(moved, foot) for foot in ("foot_l", "foot_r")}
     return solve_leg_ik(set_world_rotations(translate_hips(motion, retargeted.performer_clip, pelvis), turned), retargeted, ankles)
 
@@ -78,16 +81,18 @@ def to_performer_bvh(bvh: Bvh, performer_clip: PerformerClip, motion: Motion) ->
         raise ValueError(
             f"frames and joints are {motion.local_rotations.shape[:2]}, should be {performer_clip.motion.local_rotations.shape[:2]}"
         )
-    to_file, (positions, rotations) = performer_clip.axes.T, local_pose(bvh)
+    to_file, (recorded_positions, recorded_rotations) = performer_clip.axes.T, local_pose(bvh)
+    positions, rotations = performer_clip.edits.to_clip(recorded_positions, recorded_rotations)
     positions[performer_clip.dropped_frames :] = turn_points(to_file, motion.local_positions) / performer_clip.unit
     rotations[performer_clip.dropped_frames :] = turn_rotations(to_file, motion.local_rotations)
+    positions, rotations = performer_clip.edits.to_file(positions, rotations, recorded_positions)
     values = np.round(channel_values(bvh, positions, rotations), DECIMALS)
-    changed = np.zeros(values.shape, dtype=bool)
     joints = np.repeat(np.arange(len(bvh.names)), [len(channels) for channels in bvh.channels])  # joint of each column
     places = np.array([channel.endswith("position") for channels in bvh.channels for channel in channels])
-    moved = np.abs(motion.local_positions - performer_clip.motion.local_positions).max(axis=-1) > SAME_POSITION_M
-    turned = rotation_angle(multiply(conjugate(performer_clip.motion.local_rotations), motion.local_rotations)) > SAME_ANGLE_RAD
-    changed[performer_clip.dropped_frames :] = np.where(places, moved[:, joints], turned[:, joints])
+    moved = performer_clip.unit * np.abs(positions - recorded_positions).max(axis=-1) > SAME_POSITION_M
+    turned = rotation_angle(multiply(conjugate(recorded_rotations), rotations)) > SAME_ANGLE_RAD
+    changed = np.where(places, moved[:, joints], turned[:, joints])
+    changed[: performer_clip.dropped_frames] = False
     frame_time = 1.0 / performer_clip.mapping.fps if performer_clip.mapping.fps else bvh.frame_time
     return replace(bvh, frame_time=frame_time, values=np.where(changed, values, bvh.values))
 
@@ -103,7 +108,8 @@ def to_zero_ground(bvh: Bvh, retargeted: Retargeted) -> Bvh:
         InputError: If no joint at the hips or above has position channels.
     """
     clip = retargeted.performer_clip
-    above = [joint for joint in ancestors(clip.joint_map["pelvis"], bvh.parents) if joint in clip.joints_with_positions]
+    pelvis = clip.edits.file_joint(clip.joint_map["pelvis"])
+    above = [joint for joint in ancestors(pelvis, bvh.parents) if set(bvh.channels[joint]) >= POSITIONS]
     if not above:
         raise InputError(f"{clip.motion.name}: no joint at the hips or above has position channels, so that no ground can be put on 0")
     carrier = above[-1]  # what hangs beside the hips moves with them
@@ -125,9 +131,10 @@ def from_performer_bvh(bvh: Bvh, performer_clip: PerformerClip) -> Motion:
         bvh: File made by ``to_performer_bvh``.
         performer_clip: Clip read from the recorded file.
     """
-    axes, (positions, rotations) = performer_clip.axes, local_pose(bvh)
-    return replace(
+    axes, (positions, rotations) = performer_clip.axes, performer_clip.edits.to_clip(*local_pose(bvh))
+    motion = replace(
         performer_clip.motion,
         local_positions=performer_clip.unit * turn_points(axes, positions[performer_clip.dropped_frames :]),
         local_rotations=turn_rotations(axes, rotations[performer_clip.dropped_frames :]),
     )
+    return level_added_feet(motion, performer_clip.edits)

@@ -19,6 +19,7 @@ from configs.process_pool import available_cores
 from datasets.formats.bvh import read_bvh, write_bvh
 from datasets.library.sources import BVH_SUFFIX
 from datasets.retarget.joint_mapping import JointMapping
+from datasets.retarget.mapping_draft import JointMapError, save_draft
 from datasets.retarget.reading_options import add_reading_options, mapping_from_options, parse_reading
 from eval.clean.pipeline import STAGES, CleaningPipeline
 from eval.clean.report import write_clip_report, write_folder_report
@@ -76,7 +77,7 @@ def clean_files(
     Raises:
         InputError: If a clip cannot be cleaned; of a folder at the end, after all that can.
     """
-    console, reports, num_failed = make_console(), {}, 0
+    console, reports, num_failed, drafts = make_console(), {}, 0, set[str]()
     clips = list(pair_inputs_with_outputs(source, target))
     check_writable(target if source.is_dir() else target.parent)
     for file, out in clips:
@@ -87,9 +88,13 @@ def clean_files(
             with reporting_write_errors(out):
                 out.parent.mkdir(parents=True, exist_ok=True)
                 write_bvh(out, bvh)
-        except InputError as error:
+        except InputError as failure:
+            error = failure
+            if isinstance(failure, JointMapError) and failure.draft not in drafts:  # one for all clips of the same skeleton
+                drafts.add(failure.draft)
+                error = save_draft(failure, file.stem, Path())
             if source.is_file():
-                raise InputError(f"{error}" if str(file) in str(error) else f"{file}: {error}") from error
+                raise InputError(f"{error}" if str(file) in str(error) else f"{file}: {error}") from failure
             console.print(escape(f"{file}: {error}; left out"))
             num_failed += 1
             continue

@@ -1,5 +1,6 @@
 """Command that describes motion files."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 
 from datasets.describe.cli import main
 from datasets.formats.bvh import write_bvh
-from tests.builders import as_bvh, in_axes, lively, write_two_figures
+from tests.builders import as_bvh, in_axes, lively, posed, write_two_figures
 
 
 def test_it_prints_a_table_and_draws_a_picture_of_each_clip(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -20,7 +21,8 @@ def test_it_prints_a_table_and_draws_a_picture_of_each_clip(tmp_path: Path, caps
     assert (tmp_path / "pictures" / "in.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_mapping_names_joints_that_nobody_could_guess(tmp_path: Path) -> None:
+def test_a_mapping_names_joints_that_nobody_could_guess(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
     names = dict.fromkeys(
         ("pelvis", "spine", "chest", "head", "collar", "upper_arm", "forearm", "hand", "thigh", "shin", "foot", "toe"), ""
     )
@@ -65,6 +67,23 @@ def test_bad_input_is_one_line_and_exit_code_2_and_leaves_nothing(tmp_path: Path
     assert lines[-1].startswith(f"error: {tmp_path / 'broken.bvh'}")
     assert not captured.out
     assert not (tmp_path / "pictures").exists()
+
+
+def test_a_skeleton_whose_joints_are_not_all_found_leaves_a_draft_of_a_mapping(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bvh = as_bvh(posed({}))
+    write_bvh(tmp_path / "take.bvh", replace(bvh, names=tuple(name.replace("LeftForeArm", "Bone7") for name in bvh.names)))
+    monkeypatch.chdir(tmp_path)
+    assert main(["take.bvh"]) == 2
+    assert capsys.readouterr().err.endswith("give it with --mapping take.mapping.yaml\n")
+    assert main(["take.bvh", "--mapping", "take.mapping.yaml"]) == 0
+
+
+def test_what_was_guessed_is_said_under_the_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write_bvh(tmp_path / "take.bvh", as_bvh(posed({}), without=("hand_l", "hand_r")))
+    assert main([str(tmp_path / "take.bvh")]) == 0
+    assert "take.bvh: The file has no joint for left hand, right hand" in capsys.readouterr().out
 
 
 def test_what_looks_wrong_is_told_under_the_table_and_options_mend_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

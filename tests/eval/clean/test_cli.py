@@ -302,3 +302,20 @@ def test_who_is_carried_is_left_in_the_air() -> None:
     assert any("is carried" in notice for notice in told.notices)
     assert not any("reconstructed" in notice for notice in told.notices)
     assert np.ptp(told.after.root_position[:, 2]) == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_skeleton_whose_joints_are_not_all_found_leaves_one_draft_of_a_mapping(
+    policy: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bvh = written(tmp_path / "takes" / "one.bvh")
+    for name in ("one", "two"):
+        write_bvh(tmp_path / "takes" / f"{name}.bvh", replace(bvh, names=tuple(n.replace("LeftForeArm", "Bone7") for n in bvh.names)))
+    (tmp_path / "work").mkdir()
+    monkeypatch.chdir(tmp_path / "work")
+    said = refused(capsys, tmp_path / "takes" / "one.bvh", "--out", "one.bvh", "--policy", policy)
+    assert said.endswith("check its lines, and give it with --mapping one.mapping.yaml")
+    assert [path.name for path in Path().iterdir()] == ["one.mapping.yaml"]
+    assert run(tmp_path / "takes" / "one.bvh", "--out", "one.bvh", "--policy", policy, "--mapping", "one.mapping.yaml") == 0
+    Path("one.mapping.yaml").unlink()
+    assert run(tmp_path / "takes", "--out", "clean", "--policy", policy) == 2
+    assert [path.name for path in Path().glob("*.yaml")] == ["one.mapping.yaml"]  # of two clips on the same skeleton
