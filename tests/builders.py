@@ -95,7 +95,7 @@ def as_bvh(
     tip = {body: to_file.apply(own[body].inv().apply([0.2, 0.0, -0.08])) / unit for body in ("foot_l", "foot_r")}
     sites = tuple((tuple(tip[BODY_NAMES[i]].tolist()),) if BODY_NAMES[i] in tip and i + 1 not in order else () for i in order)
     return Bvh(
-        tuple(_joint_name(BODY_NAMES[index], names or MIXAMO) for index in order),
+        tuple(joint_name(BODY_NAMES[index], names or MIXAMO) for index in order),
         parents,
         np.array(offsets),
         tuple(channels),
@@ -117,7 +117,7 @@ def write_two_figures(path: Path, one: Bvh, other: Bvh) -> None:
     path.write_text("\n".join(["HIERARCHY", *trees, *lines[0][:3], *rows]))
 
 
-def _joint_name(body: str, names: dict[str, str]) -> str:
+def joint_name(body: str, names: dict[str, str]) -> str:
     """Return the joint's name for a body such as "thigh_l"."""
     base, _, side = body.rpartition("_")
     return {"l": "Left", "r": "Right"}[side] + names[base] if side in ("l", "r") else names[body]

@@ -1,0 +1,282 @@
+"""FBX and glTF files through Blender: the motion of a figure in the terms of BVH, and a copy of the scene with another motion.
+
+Blender is GPL: it runs in a process of its own, in whichever Python has it, and exchanges files with this one
+(``datasets/formats/blender_process.py``). Its importers turn every file to metres and Z up, so a clip is in these.
+"""
+
+import base64
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.parse import unquote
+
+import numpy as np
+
+from configs.atomic_file import atomic_write
+from configs.errors import InputError
+from datasets.formats.blender_process import FAILED, NO_BLENDER
+from datasets.formats.bvh import Bvh, channel_values, local_pose
+from datasets.motion.rotation import conjugate, multiply, rotate
+from datasets.motion.rotation_matrices import matrices_to_quaternions, quaternions_to_matrices
+from datasets.motion.skeleton import forward_kinematics
+
+SCENE_SUFFIXES = (".fbx", ".glb", ".gltf")
+PYTHON_VARIABLE = "ADAPT_MIMIC_BLENDER_PYTHON"  # path of a Python that has Blender, where this one has not
+BLENDER_VERSION = "5.0.1"
+MAX_BYTES = 512 * 2**20  # of a file: characters come with textures
+TIME_LIMIT_S = 600.0
+MIN_STRETCH_RATIO = 1e-4  # of the skeleton's size, from which a bone's place is a motion of its own
+ROTATION = ("Zrotation", "Xrotation", "Yrotation")
+POSITION = ("Xposition", "Yposition", "Zposition")
+MAX_REASON = 200  # characters of what Blender says
+
+
+@dataclass(frozen=True)
+class ArmaturePoses:
+    """Poses of an armature's J bones in T frames, parents before children; in metres, Z up.
+
+    Attributes:
+        names: Names of the bones.
+        parents: Index of each bone's parent, -1 for those that have none.
+        armature: Name of the armature.
+        rest: Rest pose in the armature's space, shape (J, 4, 4).
+        poses: Poses in the armature's space, shape (T, J, 4, 4).
+        places: Pose of the armature itself in the world, shape (T, 4, 4).
+        fps: Frame rate [1/s].
+        notices: Lines for the user on what was chosen or guessed.
+    """
+
+    names: tuple[str, ...]
+    parents: tuple[int, ...]
+    armature: str
+    rest: np.ndarray
+    poses: np.ndarray
+    places: np.ndarray
+    fps: float
+    notices: tuple[str, ...]
+
+    @property
+    def extra_joints(self) -> int:
+        """Number of joints above the bones: the armature itself is one, where several bones have no parent."""
+        return int(self.parents.count(-1) > 1)
+
+
+def read_scene(path: str | os.PathLike[str], figure: int | None = None) -> Bvh:
+    """Read the motion of a skeleton in an FBX or glTF file.
+
+    Bones point along an axis of their own; the joints' frames are the world's in the rest pose, as BVH has it.
+
+    Args:
+        path: FBX, GLB or glTF file of at most 512 MiB.
+        figure: Number of the skeleton to read, from 1; None for the one with the most animated bones.
+
+    Returns:
+        The motion in the terms of BVH, in metres and Z up; where several bones have no parent, the armature is the root above them.
+
+    Raises:
+        InputError: If Blender is not installed, or the file is broken or holds no animated skeleton; names the file.
+    """
+    return to_bvh(_read_poses(Path(path), figure))
+
+
+def write_scene(path: str | os.PathLike[str], bvh: Bvh, source: str | os.PathLike[str], figure: int | None = None) -> None:
+    """Write a copy of a scene in which a skeleton moves otherwise; an older file is replaced whole or not at all.
+
+    Joints that move as in the source keep their curves, and so does everything else in the scene.
+
+    Args:
+        path: FBX, GLB or glTF file to write; a glTF holds its buffers and textures in itself.
+        bvh: Motion on the skeleton that ``read_scene`` returned of ``source``.
+        source: FBX, GLB or glTF file, which stays as it is.
+        figure: Number of the skeleton, as it was read.
+
+    Raises:
+        InputError: If Blender is not installed or fails, the skeleton is another one, or the file cannot be written; names the file.
+    """
+    path, source = Path(path), Path(source)
+    recorded = _read_poses(source, figure)
+    matrices, changed = new_poses(recorded, bvh, source)
+    with tempfile.TemporaryDirectory(prefix="adapt-mimic-") as folder:
+        poses, made = Path(folder) / "poses.npz", Path(folder) / f"scene{path.suffix.lower()}"
+        np.savez(poses, matrices=matrices, changed=changed, fps=1.0 / bvh.frame_time)
+        _run_blender(["write", source.resolve(), poses, figure or 0, made], source, Path(folder))
+        if made.suffix == ".gltf":
+            _embed_buffers(made)
+        try:
+            with atomic_write(path) as temporary:
+                shutil.copyfile(made, temporary)
+        except OSError as error:
+            raise InputError(f"{path}: cannot be written ({error.strerror}); give a file in a writable folder") from error
+
+
+def to_bvh(recorded: ArmaturePoses) -> Bvh:
+    """Return an armature's motion in the terms of BVH; bones that never change their length have no position channels."""
+    parents = _joint_parents(recorded)
+    over = list(parents[1:])
+    positions, rotations = _world_poses(recorded)
+    local_positions, local_rotations = positions.copy(), rotations.copy()
+    back = conjugate(rotations[:, over])
+    local_positions[:, 1:] = rotate(back, positions[:, 1:] - positions[:, over])
+    local_rotations[:, 1:] = multiply(back, rotations[:, 1:])
+    offsets = np.median(local_positions, axis=0)
+    stretch = np.abs(local_positions - offsets).max(axis=(0, 2))
+    moving = stretch > MIN_STRETCH_RATIO * np.ptp(positions[0], axis=0).max()
+    channels = tuple((*POSITION, *ROTATION) if joint == 0 or moving[joint] else ROTATION for joint in range(len(parents)))
+    still = Bvh(
+        _joint_names(recorded),
+        parents,
+        offsets,
+        channels,
+        tuple(() if joint in parents else ((0.0, 0.0, 0.0),) for joint in range(len(parents))),
+        1.0 / recorded.fps,
+        np.zeros((len(positions), sum(map(len, channels)))),
+        notices=recorded.notices,
+    )
+    return Bvh(**{**vars(still), "values": channel_values(still, local_positions, local_rotations)})
+
+
+def _joint_names(recorded: ArmaturePoses) -> tuple[str, ...]:
+    """Return the names of the joints: the bones', and in front the armature's where it is one."""
+    if not recorded.extra_joints:
+        return recorded.names
+    name = recorded.armature
+    while name in recorded.names:
+        name += "_armature"
+    return name, *recorded.names
+
+
+def _joint_parents(recorded: ArmaturePoses) -> tuple[int, ...]:
+    """Return the parents of the joints."""
+    if not recorded.extra_joints:
+        return recorded.parents
+    return -1, *(parent + 1 for parent in recorded.parents)
+
+
+def _world_poses(recorded: ArmaturePoses) -> tuple[np.ndarray, np.ndarray]:
+    """Return positions (T, joints, 3) [m] and rotations (T, joints, 4), wxyz, of the joints; in the rest pose no joint is turned.
+
+    The armature's own rest pose is its first frame's.
+    """
+    rest = recorded.places[0] @ recorded.rest
+    poses = recorded.places[:, None] @ recorded.poses
+    if recorded.extra_joints:
+        rest = np.concat([recorded.places[:1], rest])
+        poses = np.concat([recorded.places[:, None], poses], axis=1)
+    turned = _nearest_rotations(poses[..., :3, :3]) @ _nearest_rotations(rest[:, :3, :3]).swapaxes(-1, -2)
+    return poses[..., :3, 3], matrices_to_quaternions(turned)
+
+
+def _nearest_rotations(matrices: np.ndarray) -> np.ndarray:
+    """Return matrices (..., 3, 3) without scale and shear; mirrored ones stay mirrored."""
+    left, _, right = np.linalg.svd(matrices)
+    return left @ right
+
+
+def new_poses(recorded: ArmaturePoses, bvh: Bvh, source: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Return the poses (T, J, 4, 4) in the armature's space of a changed motion, and which bones (J,) move otherwise than recorded.
+
+    Raises:
+        InputError: If frames or joints differ.
+    """
+    before = to_bvh(recorded)
+    if bvh.names != before.names or bvh.values.shape != before.values.shape:
+        raise InputError(
+            f"{source}: holds another skeleton or other frames than the clip; it should be the file that the clip was read from"
+        )
+    _, old_rotations = forward_kinematics(before.parents, *local_pose(before))
+    positions, rotations = forward_kinematics(bvh.parents, *local_pose(bvh))
+    extra = recorded.extra_joints
+    columns = np.repeat(np.arange(len(bvh.names)), [len(channels) for channels in bvh.channels])
+    changed = np.zeros(len(bvh.names), dtype=bool)
+    changed[columns[(bvh.values != before.values).any(axis=0)]] = True
+    if extra and changed[0]:  # the armature stays; the bones below it move instead
+        changed |= np.array(bvh.parents) == 0
+    world = recorded.places[:, None] @ recorded.poses
+    world[..., :3, :3] = quaternions_to_matrices(multiply(rotations, conjugate(old_rotations))[:, extra:]) @ world[..., :3, :3]
+    world[..., :3, 3] = positions[:, extra:]
+    return np.linalg.inv(recorded.places)[:, None] @ world, changed[extra:]
+
+
+def _read_poses(path: Path, figure: int | None) -> ArmaturePoses:
+    """Return the poses of a figure in a file."""
+    _check_size(path)
+    with tempfile.TemporaryDirectory(prefix="adapt-mimic-") as folder:
+        result = Path(folder) / "poses.npz"
+        _run_blender(["read", path.resolve(), result, figure or 0], path, Path(folder))
+        with np.load(result, allow_pickle=False) as told:
+            facts = json.loads(str(told["facts"]))
+            rest, poses, places = (told[name].astype(float) for name in ("rest", "poses", "places"))
+    if not all(np.isfinite(table).all() for table in (rest, poses, places)):
+        raise InputError(f"{path}: some pose of '{facts['armature']}' is not finite; export the animation anew")
+    names, parents, notices = (tuple(facts[name]) for name in ("names", "parents", "notices"))
+    return ArmaturePoses(names, parents, facts["armature"], rest, poses, places, facts["fps"], notices)
+
+
+def _check_size(path: Path) -> None:
+    """Raise InputError unless the file can be read and is not too large."""
+    try:
+        size = path.stat().st_size
+        with path.open("rb"):
+            pass
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}); an FBX or glTF file is expected") from error
+    if not 0 < size <= MAX_BYTES:
+        raise InputError(f"{path}: {size} bytes long; a scene has at least one and at most {MAX_BYTES}; export the skeleton alone")
+
+
+def _run_blender(arguments: list[object], source: Path, folder: Path) -> None:
+    """Run the script in a process of its own that works in ``folder``.
+
+    Raises:
+        InputError: If Blender is not installed, fails, or does not end in time.
+    """
+    python = os.environ.get(PYTHON_VARIABLE) or sys.executable
+    script = Path(__file__).with_name("blender_process.py")
+    places = dict.fromkeys(("TMPDIR", "TEMP", "TMP", "BLENDER_USER_RESOURCES"), str(folder))  # no settings of the user's, no traces
+    try:
+        code = subprocess.run(
+            [python, "-I", "-B", str(script), *map(str, arguments)],
+            cwd=folder,
+            env=os.environ | places,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            timeout=TIME_LIMIT_S,
+            check=False,
+        ).returncode
+    except subprocess.TimeoutExpired as error:
+        raise InputError(f"{source}: Blender took more than {TIME_LIMIT_S:g} s; export a shorter clip, or the skeleton alone") from error
+    except OSError as error:
+        raise InputError(
+            f"{PYTHON_VARIABLE} is {python}, which does not start ({error.strerror}); it should be a Python with bpy"
+        ) from error
+    if code == NO_BLENDER:
+        raise InputError(
+            f"{source}: FBX and glTF are read by Blender, which {python} has not: 'pip install bpy=={BLENDER_VERSION}' in an environment of "
+            f"its own with Python 3.11, and set {PYTHON_VARIABLE} to that environment's python"
+        )
+    if code:
+        raise InputError(f"{source}: {_reason(folder) if code == FAILED else 'Blender broke down on it; export it anew'}")
+
+
+def _reason(folder: Path) -> str:
+    """Return why the script failed, in one line of printable characters."""
+    fault, _, said = (folder / "error.txt").read_text(encoding="utf-8", errors="replace").partition("\n")
+    line = "".join(letter if letter.isprintable() else " " for letter in said)[:MAX_REASON]
+    return line if fault == "scene" else f"Blender cannot work with it ({line}); open it in Blender to see, and export it anew"
+
+
+def _embed_buffers(path: Path) -> None:
+    """Put the buffers and pictures that lie beside a glTF file into it."""
+    scene = json.loads(path.read_text(encoding="utf-8"))
+    for part in (*scene.get("buffers", []), *scene.get("images", [])):
+        if "uri" in part and not part["uri"].startswith("data:"):
+            kind = part.get("mimeType", "application/octet-stream")
+            contents = base64.b64encode((path.parent / unquote(part["uri"])).read_bytes()).decode("ascii")
+            part["uri"] = f"data:{kind};base64,{contents}"
+    path.write_text(json.dumps(scene), encoding="utf-8")
