@@ -1,6 +1,8 @@
 """Description of motion files, their retargeting and floor calibration: ``python -m datasets.describe PATH``."""
 
 import argparse
+import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,12 +16,12 @@ from rich.text import Text
 from configs.errors import InputError
 from configs.exit_codes import run_command
 from datasets.describe.picture import draw
-from datasets.imu.recording import load_performer_clip
+from datasets.formats.motion_file import FORMATS_IN_WORDS
 from datasets.library.sources import find_motion_files
 from datasets.motion.humanoid import BODY_NAMES
 from datasets.retarget.joint_mapping import OPTIONAL_BODIES, JointMapping
 from datasets.retarget.mapping_draft import JointMapError, save_draft
-from datasets.retarget.performer_clip import PerformerClip, name_of_unit
+from datasets.retarget.performer_clip import PerformerClip, load_performer_clip, name_of_unit
 from datasets.retarget.plausibility import find_implausible
 from datasets.retarget.reading import facing
 from datasets.retarget.reading_options import add_reading_options, mapping_from_options, parse_reading
@@ -62,25 +64,31 @@ class Description:
     warnings: tuple[str, ...]
 
 
-def describe(source: Path, mapping: JointMapping | None = None) -> list[Description]:
-    """Return descriptions of the files of a source.
+def describe(source: Path, mapping: JointMapping | None = None) -> tuple[list[Description], list[InputError]]:
+    """Return descriptions of the files of a source, and what is wrong with those of a folder that were left out.
 
     Args:
-        source: BVH or MVNX file, or a folder of them.
+        source: Motion file, or a folder of them.
         mapping: Joints, unit, axes and rate of all the files; what it leaves out is detected.
 
     Returns:
-        A description for each file, sorted by path.
+        A description for each file, sorted by path, and errors.
 
     Raises:
-        InputError: If there is no file, or one is broken.
+        InputError: If there is no file, or the only one is broken.
     """
-    described = []
+    described, broken = [], []
     for path in track(find_motion_files(source), "reading", console=Console(stderr=True), transient=True):
-        retargeted = retarget(load_performer_clip(path, mapping))
+        try:
+            retargeted = retarget(load_performer_clip(path, mapping))
+        except InputError as error:
+            if source.is_file():
+                raise
+            broken.append(error)
+            continue
         warnings = (*retargeted.performer_clip.notices, *find_implausible(retargeted))
         described.append(Description(path, retargeted, measure_retarget(retargeted), warnings))
-    return described
+    return described, broken
 
 
 def table(described: list[Description]) -> Table:
@@ -161,7 +169,7 @@ def _draw_all(described: list[Description], folder: Path) -> None:
 def main(arguments: list[str] | None = None, prog: str = "python -m datasets.describe") -> int:
     """Run the command line; return the exit code."""
     parser = argparse.ArgumentParser(prog=prog, description="Say what motion files are and how they retarget.")
-    parser.add_argument("path", type=Path, help="a BVH or MVNX file, or a folder of them")
+    parser.add_argument("path", type=Path, help=f"a {FORMATS_IN_WORDS} file, or a folder of them")
     parser.add_argument("--out", type=Path, help="folder for a picture of each clip")
     add_reading_options(parser)
     options = parse_reading(parser, arguments)
@@ -170,9 +178,13 @@ def main(arguments: list[str] | None = None, prog: str = "python -m datasets.des
 
 def _run(options: argparse.Namespace) -> None:
     try:
-        described = describe(options.path, mapping_from_options(options))
+        described, broken = describe(options.path, mapping_from_options(options))
     except JointMapError as error:
         raise save_draft(error, error.clip, Path()) from error
+    for line in _left_out(broken):
+        print(line, file=sys.stderr)
+    if not described:
+        raise InputError(f"{options.path}: none of {len(broken)} motion files can be read, see above")
     if options.out:
         _draw_all(described, options.out)
     console = Console()
@@ -182,3 +194,17 @@ def _run(options: argparse.Namespace) -> None:
     for description in described:
         for warning in description.warnings:
             console.print(Text(f"{description.path.name}: {warning}"), soft_wrap=True)
+    if broken:
+        total = len(described) + len(broken)
+        raise InputError(f"{options.path}: {len(broken)} of {total} files could not be read, see above; the others are described")
+
+
+def _left_out(broken: list[InputError]) -> Iterator[str]:
+    """Yield a line for each file that was left out; a draft of a mapping file is written for each kind of skeleton."""
+    drafts = set[str]()
+    for error in broken:
+        if isinstance(error, JointMapError) and error.draft not in drafts:
+            drafts.add(error.draft)
+            yield f"{save_draft(error, error.clip, Path())}; left out"
+        else:
+            yield f"{error}; left out"

@@ -8,7 +8,7 @@ angles in degrees and axes as they are.
 import os
 import warnings
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from pathlib import Path
 
@@ -20,10 +20,32 @@ from configs.errors import InputError
 from datasets.formats.bvh_channels import find_relative_positions, position_columns, rotation_columns
 from datasets.formats.bvh_parser import Vector, parse_bvh
 
+POSITION_CHANNELS = ("Xposition", "Yposition", "Zposition")
+ROTATION_CHANNELS = ("Zrotation", "Xrotation", "Yrotation")  # the usual order
+MAX_OFFSET_CHANGE_RATIO = 0.003  # of the longest offset, about a millimetre, up to which a joint stays in one place of its parent's frame
+
+
+@dataclass(frozen=True, eq=False)
+class Stated:
+    """What a file says of its clip beyond what BVH can hold; nothing, if it is a BVH.
+
+    Attributes:
+        unit: Metres per unit of the file.
+        up_axis: Axis that points up, such as "y" or "-z".
+        free_accelerations: Joint -> what its sensor measured in the file's world axes, gravity subtracted [m/s^2], shape (T, 3).
+    """
+
+    unit: float | None = None
+    up_axis: str | None = None
+    free_accelerations: Mapping[int, np.ndarray] = field(default_factory=dict)
+
+
+NOTHING_STATED = Stated()
+
 
 @dataclass(frozen=True, eq=False)
 class Bvh:
-    """Contents of a BVH file: J joints, depth first as in the file, C channels, T frames.
+    """Contents of a BVH file, or of a file of another format in its terms: J joints, depth first as in the file, C channels, T frames.
 
     Attributes:
         names: Joint names, unique.
@@ -37,6 +59,7 @@ class Bvh:
         relative_positions: Joints whose position channels are differences from OFFSET instead of positions.
         encoding: Encoding in which the names are written.
         notices: Lines for the user on what was guessed or mended in the file.
+        stated: What a file of another format says of its clip; it is not written.
     """
 
     names: tuple[str, ...]
@@ -50,6 +73,7 @@ class Bvh:
     relative_positions: tuple[int, ...] = ()
     encoding: str = "utf-8"
     notices: tuple[str, ...] = ()
+    stated: Stated = NOTHING_STATED
 
     def __post_init__(self) -> None:
         """Freeze and check the arrays."""
@@ -117,6 +141,23 @@ def write_bvh(path: str | os.PathLike[str], bvh: Bvh) -> None:
         raise InputError(f"{path}: cannot be written ({error.strerror}); give a file in a writable folder") from error
 
 
+def depth_first(parents: tuple[int, ...]) -> list[int]:
+    """Return joints in the order of a BVH, each followed by all below it; joints that no root carries are left out.
+
+    Args:
+        parents: Index of each joint's parent, -1 for the root.
+    """
+    children: dict[int, list[int]] = {}
+    for joint, parent in enumerate(parents):
+        children.setdefault(parent, []).append(joint)
+    order: list[int] = []
+    waiting = children.get(-1, [])[::-1]
+    while waiting:
+        order.append(waiting.pop())
+        waiting.extend(children.get(order[-1], [])[::-1])
+    return order
+
+
 def local_pose(bvh: Bvh) -> tuple[np.ndarray, np.ndarray]:
     """Return the local positions and rotations of every joint from the channels.
 
@@ -165,6 +206,41 @@ def channel_values(bvh: Bvh, local_positions: np.ndarray, local_rotations: np.nd
         own = bvh.values[:, columns]  # (T, joints, axes)
         values[:, columns] = _nearest_angles(turned, order, own.reshape(-1, len(order))).reshape(own.shape)
     return values
+
+
+def bvh_from_pose(
+    names: tuple[str, ...],
+    parents: tuple[int, ...],
+    end_sites: tuple[tuple[Vector, ...], ...],
+    fps: float,
+    local_positions: np.ndarray,
+    local_rotations: np.ndarray,
+    stated: Stated = NOTHING_STATED,
+) -> Bvh:
+    """Return a motion in the terms of BVH: three rotations for each joint, positions for the root and for joints whose offset changes.
+
+    Args:
+        names: Joint names, unique.
+        parents: Index of each joint's parent, depth first.
+        end_sites: Offsets of each joint's End Sites [file unit].
+        fps: Frame rate [1/s].
+        local_positions: Position of each joint in its parent's frame [file unit], shape (T, J, 3).
+        local_rotations: Rotation of each joint relative to its parent, wxyz, shape (T, J, 4).
+        stated: What the file says of the clip.
+
+    Returns:
+        Clip whose angles are continuous.
+    """
+    offsets = np.concat([np.zeros((1, 3)), np.median(local_positions, axis=0)[1:]])
+    spread = np.abs(local_positions - offsets).max(axis=(0, 2))
+    placed = spread > MAX_OFFSET_CHANGE_RATIO * np.linalg.norm(offsets, axis=-1).max(initial=0.0)
+    channels = tuple((POSITION_CHANNELS if joint == 0 or placed[joint] else ()) + ROTATION_CHANNELS for joint in range(len(names)))
+    columns = sum(map(len, channels))
+    bvh = Bvh(names, parents, offsets, channels, end_sites, 1.0 / fps, np.zeros((len(local_positions), columns)), stated=stated)
+    values = channel_values(bvh, local_positions, local_rotations)
+    turns = [column for column, name in enumerate(name for own in channels for name in own) if name in ROTATION_CHANNELS]
+    values[:, turns] = np.unwrap(values[:, turns], axis=0, period=360.0)
+    return replace(bvh, values=values)
 
 
 def _nearest_angles(rotations: Rotation, order: str, own: np.ndarray) -> np.ndarray:

@@ -56,7 +56,7 @@ class Reader:
                 return []
             self.number += 1
             if len(line) == MAX_LINE or self.number > MAX_LINES:
-                self.fail(f"a BVH file has one frame a line, at most {MAX_LINES} lines and fewer than {MAX_LINE} characters in each")
+                self.fail(f"a motion file has at most {MAX_LINES} lines, and fewer than {MAX_LINE} characters in each")
             line = self._without_comment(line.rstrip(_PADDING))
             self.words = line.replace("{", " { ").replace("}", " } ").split()
         words, self.words = self.words, []

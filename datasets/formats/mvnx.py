@@ -2,7 +2,7 @@
 
 The file holds each segment's position and orientation in the world (metres, Z up, and at rest x forward: our axes). A sensor's
 free acceleration is in the same world, gravity subtracted. Files are untrusted: a document type, which could declare entities, is
-refused, and every count and number is checked.
+refused, and every count and number is checked. ``datasets.formats.mvnx_writer`` writes them.
 """
 
 import os
@@ -13,7 +13,8 @@ from xml.etree import ElementTree
 import numpy as np
 
 from configs.errors import InputError
-from datasets.motion.rotation import normalise
+from datasets.formats.bvh import Bvh, Stated, bvh_from_pose, depth_first
+from datasets.motion.rotation import conjugate, multiply, normalise, rotate
 
 MAX_BYTES = 256 * 2**20  # of a file; some twenty minutes of a full suit
 MAX_SEGMENTS = 100  # a full suit has 23, and up to four props
@@ -30,7 +31,7 @@ class Mvnx:
         segments: Names of the J segments.
         parents: Index of each segment's parent, -1 for the first.
         end_offsets: Farthest named point of each segment without children in its frame [m], zero for the others, shape (J, 3).
-        sensors: Names of the S segments that carry sensors.
+        sensors: Names of the S segments that carry sensors; none if the file holds no free accelerations.
         fps: Frame rate [1/s].
         positions: Origins of the segments in the world [m], shape (T, J, 3).
         orientations: Rotations of the segments in the world, wxyz, shape (T, J, 4).
@@ -62,10 +63,10 @@ def read_mvnx(path: str | os.PathLike[str]) -> Mvnx:
         path: MVNX file; UTF-8 text of at most 256 MiB.
 
     Returns:
-        Contents of the file: segments and sensors.
+        Contents of the file: segments, and sensors if there are any.
 
     Raises:
-        InputError: If the file cannot be read or is not a whole and sane MVNX with sensor data.
+        InputError: If the file cannot be read or is not a whole and sane MVNX.
     """
     try:
         size = Path(path).stat().st_size
@@ -83,6 +84,27 @@ def read_mvnx(path: str | os.PathLike[str]) -> Mvnx:
         raise InputError(f"{path}: {error}") from error
 
 
+def read_mvnx_as_bvh(path: str | os.PathLike[str]) -> Bvh:
+    """Read and check an MVNX file in the terms of BVH; arguments and errors are those of ``read_mvnx``.
+
+    Returns:
+        The clip: a joint for each segment with three rotations, and positions for the first and for those whose bones change their
+        length. Unit, up axis and free accelerations are stated.
+    """
+    mvnx = read_mvnx(path)
+    order = depth_first(mvnx.parents)
+    parents = tuple(order.index(mvnx.parents[segment]) if segment else -1 for segment in order)
+    names = tuple(mvnx.segments[segment] for segment in order)
+    over = [mvnx.parents[segment] for segment in order[1:]]
+    to_parent = conjugate(mvnx.orientations[:, over])
+    positions, rotations = mvnx.positions[:, order], mvnx.orientations[:, order]
+    positions[:, 1:] = rotate(to_parent, positions[:, 1:] - mvnx.positions[:, over])
+    rotations[:, 1:] = multiply(to_parent, rotations[:, 1:])
+    ends = tuple((tuple(tip),) if any(tip) else () for tip in mvnx.end_offsets[order].tolist())
+    free = {names.index(segment): mvnx.free_accelerations[:, sensor] for sensor, segment in enumerate(mvnx.sensors)}
+    return bvh_from_pose(names, parents, ends, mvnx.fps, positions, rotations, Stated(1.0, "z", free))
+
+
 def _mvnx(root: ElementTree.Element) -> Mvnx:
     """Return the contents of a file from its tree of elements."""
     subject = root.find("{*}subject")
@@ -92,18 +114,20 @@ def _mvnx(root: ElementTree.Element) -> Mvnx:
     segments = _labels(elements, "segment")
     parents = _parents(subject, segments)
     tips = np.array([_tip(element) if index not in parents else np.zeros(3) for index, element in enumerate(elements)])
-    sensors = _labels(subject.findall("{*}sensors/{*}sensor"), "sensor")
+    listed = subject.findall("{*}sensors/{*}sensor")
+    frames = [frame for frame in subject.iterfind("{*}frames/{*}frame") if frame.get("type", "normal") == "normal"]
+    _check_indices(frames)
+    measured = listed and frames[0].find("{*}sensorFreeAcceleration") is not None
+    sensors = _labels(listed, "sensor") if measured else ()
     strange = [sensor for sensor in sensors if sensor not in segments]
     if strange:
         raise InputError(f"sensor '{strange[0]}' sits on no segment; segments are {', '.join(segments)}")
-    frames = [frame for frame in subject.iterfind("{*}frames/{*}frame") if frame.get("type", "normal") == "normal"]
-    _check_indices(frames)
     positions = _table(frames, "position", len(segments), 3)
     orientations = _table(frames, "orientation", len(segments), 4)
     far = np.argwhere(np.abs(np.linalg.norm(orientations, axis=-1) - 1.0) > QUATERNION_NORM_TOLERANCE)
     if len(far):
         raise InputError(f"frame {far[0, 0]}: orientation of '{segments[far[0, 1]]}' should be a quaternion of length 1")
-    free = _table(frames, "sensorFreeAcceleration", len(sensors), 3)
+    free = _table(frames, "sensorFreeAcceleration", len(sensors), 3) if sensors else np.zeros((len(frames), 0, 3))
     return Mvnx(segments, parents, tips, sensors, _rate(subject), positions, normalise(orientations), free)
 
 

@@ -1,4 +1,4 @@
-"""Recordings of real IMU suits from MVNX files: the clip on the 20 bodies, and free accelerations rotated and scaled with it."""
+"""Recordings of real IMU suits: the clip on the 20 bodies, and free accelerations rotated and scaled with it."""
 
 import os
 from dataclasses import dataclass, replace
@@ -8,15 +8,15 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from configs.errors import InputError
-from datasets.formats.mvnx import Mvnx, read_mvnx
+from datasets.formats.bvh import Bvh
 from datasets.imu.free_acceleration import PELVIS_BODY, fill_accelerations
 from datasets.imu.sensor_model import SENSOR_BODIES, SENSOR_RATE_HZ
-from datasets.motion.clip import BodyMotion, Motion
-from datasets.motion.humanoid import BODY_NAMES, LEG_LENGTH
-from datasets.motion.rotation import conjugate, from_yaw, multiply, rotate
-from datasets.motion.skeleton import Skeleton
-from datasets.retarget.joint_mapping import TIP_BODIES, JointMapping, find_joint_map
-from datasets.retarget.performer_clip import MAX_LEG_RATIO, PerformerClip, leg_length, load_performer_bvh
+from datasets.motion.clip import BodyMotion
+from datasets.motion.humanoid import BODY_NAMES
+from datasets.motion.rotation import from_yaw, rotate
+from datasets.retarget.file_axes import turn_points
+from datasets.retarget.joint_mapping import JointMapping
+from datasets.retarget.performer_clip import load_recording
 from datasets.retarget.retarget import Retargeted, retarget
 
 
@@ -40,7 +40,7 @@ def read_imu_recording(path: str | os.PathLike[str], mapping: JointMapping | Non
     """Read a suit's clip and accelerations: on the 20 bodies, scaled, facing x and on the ground.
 
     Args:
-        path: MVNX file.
+        path: File with free accelerations, such as MVNX.
         mapping: Known roles of its segments; the others are detected.
 
     Returns:
@@ -49,74 +49,44 @@ def read_imu_recording(path: str | os.PathLike[str], mapping: JointMapping | Non
     Raises:
         InputError: If the file is broken, or no human or no pelvis sensor is found in it.
     """
-    mvnx = read_mvnx(path)
-    try:
-        performer_clip = performer_clip_from_mvnx(mvnx, Path(path).stem, mapping)
-        retargeted = retarget(performer_clip)
-        known = _body_accelerations(mvnx, retargeted)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
-    motion = replace(retargeted.motion, system="imu")
-    return ImuRecording(motion, fill_accelerations(motion, known), tuple(BODY_NAMES[body] for body in SENSOR_BODIES if body in known))
+    bvh, performer_clip = load_recording(path, mapping)
+    retargeted = retarget(performer_clip)
+    accelerations = measured_accelerations(bvh, retargeted, retargeted.motion)
+    if accelerations is None:
+        sensors = ", ".join(bvh.names[joint] for joint in bvh.stated.free_accelerations) or "none"
+        raise InputError(f"{Path(path)}: no sensor on the pelvis among {sensors}; a suit's recording has one, with its free acceleration")
+    known = _sensor_of_body(bvh, retargeted)
+    measured = tuple(BODY_NAMES[body] for body in SENSOR_BODIES if body in known)
+    return ImuRecording(replace(retargeted.motion, system="imu"), accelerations, measured)
 
 
-def load_performer_clip(path: Path, mapping: JointMapping | None = None) -> PerformerClip:
-    """Return the clip of a BVH or MVNX file on its own skeleton; arguments and errors are those of ``load_performer_bvh``.
-
-    An MVNX file holds one figure, whichever is asked for.
-    """
-    return (
-        performer_clip_from_mvnx(read_mvnx(path), path.stem, mapping)
-        if path.suffix.lower() == ".mvnx"
-        else load_performer_bvh(path, mapping)
-    )
-
-
-def performer_clip_from_mvnx(mvnx: Mvnx, name: str, mapping: JointMapping | None = None) -> PerformerClip:
-    """Return the clip of an MVNX file on its own skeleton.
+def measured_accelerations(bvh: Bvh, retargeted: Retargeted, clip: BodyMotion) -> np.ndarray | None:
+    """Return the free accelerations that a recording holds, of all sensor bodies; None without a sensor on the pelvis.
 
     Args:
-        mvnx: Contents of the file.
-        name: Name of the clip.
-        mapping: Known roles of its segments; the others are detected.
+        bvh: Contents of the file.
+        retargeted: Its retargeted clip, whose rotation and scale the accelerations get.
+        clip: The same clip at any rate, perhaps with corrected poses, from which bodies without a sensor get theirs.
 
-    Raises:
-        InputError: If the segments are not a human's, in metres.
+    Returns:
+        Accelerations in the world's axes at 100 Hz [m/s^2], shape (N, 19, 3), from the clip's first frame to its last.
     """
-    joint_map = find_joint_map(mvnx.segments, mvnx.parents, mapping)
-    lacking = [body for body in TIP_BODIES if body not in joint_map]
-    if lacking:
-        raise InputError(f"no segment found for {', '.join(lacking)} among {', '.join(mvnx.segments)}; name them in a mapping file")
-    over = list(mvnx.parents[1:])
-    to_parent = conjugate(mvnx.orientations[:, over])
-    local_positions, local_rotations = mvnx.positions.copy(), mvnx.orientations.copy()
-    local_positions[:, 1:] = rotate(to_parent, mvnx.positions[:, 1:] - mvnx.positions[:, over])
-    local_rotations[:, 1:] = multiply(to_parent, mvnx.orientations[:, 1:])
-    offsets = np.concat([np.zeros((1, 3)), np.median(local_positions, axis=0)[1:]])
-    leg = leg_length(mvnx.positions, joint_map)
-    if not 1.0 / MAX_LEG_RATIO < leg / LEG_LENGTH < MAX_LEG_RATIO:
-        raise InputError(f"legs of {leg:.3g} m are no human's; positions in metres are expected")
-    short = [joint for joint in joint_map.values() if joint and not offsets[joint].any()]
-    if short:
-        raise InputError(f"segment '{mvnx.segments[short[0]]}' begins where its parent does; every segment should have a length")
-    motion = Motion(Skeleton(mvnx.segments, mvnx.parents, offsets), local_positions, local_rotations, mvnx.fps, name)
-    return PerformerClip(motion, joint_map, mvnx.end_offsets, 1.0, "z", 0)
-
-
-def _body_accelerations(mvnx: Mvnx, retargeted: Retargeted) -> dict[int, np.ndarray]:
-    """Return index of a body -> measured acceleration (N, 3) [m/s^2] at 100 Hz, rotated and scaled with the retargeted clip."""
-    clip = retargeted.motion
-    body_of = {joint: BODY_NAMES.index(body) for body, joint in retargeted.performer_clip.joint_map.items()}
-    old = np.arange(len(clip)) / clip.fps
-    new = np.minimum(np.arange(int(np.floor(old[-1] * SENSOR_RATE_HZ + 1e-6)) + 1) / SENSOR_RATE_HZ, old[-1])
-    turn = from_yaw(np.array(-retargeted.yaw))
-    known = {}
-    for sensor, segment in enumerate(mvnx.sensors):
-        body = body_of.get(mvnx.segments.index(segment))
-        if body in SENSOR_BODIES:
-            track = mvnx.free_accelerations[:, sensor]
-            at_rate = CubicSpline(old, track)(new) if len(old) > 1 else track
-            known[body] = retargeted.scale * rotate(np.broadcast_to(turn, (len(new), 4)), at_rate)
+    known = _sensor_of_body(bvh, retargeted)
     if PELVIS_BODY not in known:
-        raise InputError(f"no sensor on the pelvis among {', '.join(mvnx.sensors) or 'none'}; a suit's recording has one")
-    return known
+        return None
+    old = np.arange(len(retargeted.motion)) / retargeted.motion.fps
+    samples = int(np.floor((len(clip) - 1) / clip.fps * SENSOR_RATE_HZ + 1e-6)) + 1
+    new = np.minimum(np.arange(samples) / SENSOR_RATE_HZ, old[-1])
+    turn = np.broadcast_to(from_yaw(np.array(-retargeted.yaw)), (len(new), 4))
+    axes, dropped = retargeted.performer_clip.axes, retargeted.performer_clip.dropped_frames
+    tracks = {body: turn_points(axes, bvh.stated.free_accelerations[joint][dropped:]) for body, joint in known.items()}
+    at_rate = {body: CubicSpline(old, track)(new) if len(old) > 1 else track for body, track in tracks.items()}
+    return fill_accelerations(clip, {body: retargeted.scale * rotate(turn, track) for body, track in at_rate.items()})
+
+
+def _sensor_of_body(bvh: Bvh, retargeted: Retargeted) -> dict[int, int]:
+    """Return index of a body that may carry a sensor -> joint of the file whose sensor is on it."""
+    clip = retargeted.performer_clip
+    num_recorded = len(clip.motion.skeleton.names) - len(clip.edits.added)
+    joints = {BODY_NAMES.index(body): clip.edits.file_joint(joint) for body, joint in clip.joint_map.items() if joint < num_recorded}
+    return {body: joint for body, joint in joints.items() if body in SENSOR_BODIES and joint in bvh.stated.free_accelerations}

@@ -1,8 +1,9 @@
-"""Motion sources (a BVH or MVNX file, a folder of them, or the word "synthetic") as clips on the 20 bodies at one frame rate."""
+"""Motion sources (a motion file, a folder of them, or the word "synthetic") as clips on the 20 bodies at one frame rate."""
 
 import csv
 import os
 import re
+import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -13,17 +14,16 @@ import numpy as np
 
 from configs.errors import InputError
 from configs.process_pool import map_on_cores
-from datasets.imu.recording import read_imu_recording
-from datasets.imu.sensor_model import SENSOR_RATE_HZ
+from datasets.formats.motion_file import FORMATS_IN_WORDS, READABLE_SUFFIXES, is_motion_file
+from datasets.imu.recording import measured_accelerations
 from datasets.motion.clip import FPS, BodyMotion
 from datasets.motion.kinematics import resample
 from datasets.retarget.joint_mapping import JointMapping
-from datasets.retarget.performer_clip import load_performer_bvh
+from datasets.retarget.performer_clip import load_recording
 from datasets.retarget.retarget import retarget
 
 SYNTHETIC_SOURCE = "synthetic"
 INDEX_FILENAME = "motions.csv"
-BVH_SUFFIX, MVNX_SUFFIX = ".bvh", ".mvnx"
 ROUGH_GROUND_KINDS = ("stairs", "steps", "climb")  # of motion that needs other ground than level
 KINDS = (
     "walk", "run", "dash", "jog", "jump", "hop", "kick", "punch", "martial", "salsa", "dance", "indian", "bow", "bye",
@@ -60,15 +60,21 @@ class Credit:
     kind: str
 
 
+def _say(line: str) -> None:
+    """Print a line for the user on standard error."""
+    print(line, file=sys.stderr)
+
+
 def load_clips(
     source: str | os.PathLike[str],
     mapping: JointMapping | None = None,
     fps: float = FPS,
     seed: int = 0,
     progress: Callable[[Sequence[Any]], Iterable[Any]] = iter,
+    say: Callable[[str], None] = _say,
 ) -> list[BodyMotion]:
     """Return the clips of a motion source; arguments and errors are those of ``load_source_motions``."""
-    return [one.clip for one in load_source_motions(source, mapping, fps, seed, progress)]
+    return [one.clip for one in load_source_motions(source, mapping, fps, seed, progress, say)]
 
 
 def load_source_motions(
@@ -77,48 +83,63 @@ def load_source_motions(
     fps: float = FPS,
     seed: int = 0,
     progress: Callable[[Sequence[Any]], Iterable[Any]] = iter,
+    say: Callable[[str], None] = _say,
 ) -> list[SourceMotion]:
     """Return the clips of a motion source, with the accelerations that an MVNX file holds.
 
     Args:
-        source: BVH or MVNX file, folder of them (searched with its subfolders, in the order of paths), or "synthetic".
+        source: Motion file, folder of them (searched with its subfolders, in the order of paths), or "synthetic".
         mapping: Known joints, unit and axes of all the files; the rest is detected.
         fps: Frame rate of the returned clips [1/s].
         seed: Seed of synthetic motion.
         progress: Wraps the loop over the files, such as a progress bar.
+        say: Called with a line for each broken file of a folder, which is left out.
 
     Returns:
         Clips on the 20 bodies with unique names, credited by the ``motions.csv`` of the folder or of one above it.
 
     Raises:
-        InputError: If there is no motion, or a file is broken; names the file.
+        InputError: If there is no motion, or the file, or every file of the folder, is broken; names the file.
     """
     if str(source) == SYNTHETIC_SOURCE:
         from datasets.synthetic.clips import synthetic_clips  # slow to make, so not imported by those who read files
 
         return [SourceMotion(resample(clip, fps)) for clip in synthetic_clips(seed=seed)]
     paths = find_motion_files(source)
-    names, index = unique_names(paths), read_index(paths[0])
+    read, broken = [], []
+    for path, one in zip(paths, map_on_cores(partial(_read, mapping=mapping, fps=fps), paths, progress), strict=True):
+        if isinstance(one, SourceMotion):
+            read.append((path, one))
+        else:
+            broken.append(one)
+    if broken and Path(source).is_file():
+        raise broken[0]
+    for error in broken:
+        say(f"{error}; left out")
+    if not read:
+        raise InputError(f"{source}: none of {len(paths)} motion files can be read, see above")
+    names, index = unique_names([path for path, _ in read]), read_index(paths[0])
     recordings = []
-    for path, name, one in zip(paths, names, map_on_cores(partial(_read, mapping=mapping, fps=fps), paths, progress), strict=True):
+    for (path, one), name in zip(read, names, strict=True):
         by = credit(path, index)
         system = "imu" if one.accelerations is not None else by.system
         recordings.append(replace(one, clip=replace(one.clip, name=name, performer=by.performer, system=system, kind=by.kind)))
     return recordings
 
 
-def _read(path: Path, mapping: JointMapping | None, fps: float) -> SourceMotion:
-    """Return the clip of a file, its accelerations cut to the length of the resampled clip."""
-    if path.suffix.lower() != MVNX_SUFFIX:
-        return SourceMotion(resample(retarget(load_performer_bvh(path, mapping)).motion, fps))
-    recording = read_imu_recording(path, mapping)
-    clip = resample(recording.motion, fps)
-    samples = int(np.floor((len(clip) - 1) / fps * SENSOR_RATE_HZ + 1e-6)) + 1
-    return SourceMotion(clip, recording.accelerations[:samples])
+def _read(path: Path, mapping: JointMapping | None, fps: float) -> SourceMotion | InputError:
+    """Return the clip of a file with its accelerations, or what is wrong with the file."""
+    try:
+        bvh, performer_clip = load_recording(path, mapping)
+        retargeted = retarget(performer_clip)
+    except InputError as error:
+        return InputError(str(error))  # one of another class may not travel between processes
+    clip = resample(retargeted.motion, fps)
+    return SourceMotion(clip, measured_accelerations(bvh, retargeted, clip))
 
 
 def find_motion_files(source: str | os.PathLike[str]) -> list[Path]:
-    """Return the motion files of a source, sorted by path; of a BVH and an MVNX of one name in one folder only the MVNX, which holds more.
+    """Return the motion files of a source, sorted by path; of files of one name in one folder only that whose format holds most.
 
     Raises:
         InputError: If there are none.
@@ -126,17 +147,25 @@ def find_motion_files(source: str | os.PathLike[str]) -> list[Path]:
     path = Path(source)
     if not path.exists():
         raise InputError(
-            f"{path}: no such file or folder; a motion source is a BVH or MVNX file, a folder of them, or '{SYNTHETIC_SOURCE}'"
+            f"{path}: no such file or folder; a motion source is a {FORMATS_IN_WORDS} file, a folder of them, or '{SYNTHETIC_SOURCE}'"
         )
     if path.is_file():
         return [path]
-    files = sorted(file for file in path.rglob("*") if file.suffix.lower() in (BVH_SUFFIX, MVNX_SUFFIX) and file.is_file())
+    files = find_readable_files(path)
+    richest = {file.with_suffix(""): file for suffix in READABLE_SUFFIXES[::-1] for file in files if file.suffix.lower() == suffix}
+    return sorted(richest.values())
+
+
+def find_readable_files(folder: Path) -> list[Path]:
+    """Return all motion files in a folder and its subfolders, sorted by path.
+
+    Raises:
+        InputError: If there are none.
+    """
+    files = sorted(file for file in folder.rglob("*") if is_motion_file(file) and file.is_file())
     if not files:
-        raise InputError(
-            f"{path}: no BVH or MVNX file here or below; a motion source is such a file, a folder of them, or '{SYNTHETIC_SOURCE}'"
-        )
-    richer = {file.with_suffix("") for file in files if file.suffix.lower() == MVNX_SUFFIX}
-    return [file for file in files if file.suffix.lower() == MVNX_SUFFIX or file.with_suffix("") not in richer]
+        raise InputError(f"{folder}: no {FORMATS_IN_WORDS} file here or below")
+    return files
 
 
 def read_index(path: Path) -> dict[Path, Credit]:

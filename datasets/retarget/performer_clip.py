@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from configs.errors import InputError
-from datasets.formats.bvh import Bvh, local_pose, read_bvh
+from datasets.formats.bvh import Bvh, local_pose
+from datasets.formats.motion_file import read_motion_file
 from datasets.motion.clip import Motion
 from datasets.motion.humanoid import LEG_LENGTH
 from datasets.motion.skeleton import Skeleton, forward_kinematics
@@ -63,11 +64,11 @@ class PerformerClip:
         return file_axes(self.up_axis, self.mapping.mirror)
 
 
-def load_performer_bvh(path: str | os.PathLike[str], mapping: JointMapping | None = None) -> PerformerClip:
-    """Read a BVH file in metres and Z up.
+def load_performer_clip(path: str | os.PathLike[str], mapping: JointMapping | None = None) -> PerformerClip:
+    """Read a motion file in metres and Z up.
 
     Args:
-        path: BVH file.
+        path: Motion file of any format.
         mapping: Known joints, unit and axes; the rest is detected.
 
     Returns:
@@ -76,16 +77,28 @@ def load_performer_bvh(path: str | os.PathLike[str], mapping: JointMapping | Non
     Raises:
         InputError: If the file is broken or holds no human.
     """
+    return load_recording(path, mapping)[1]
+
+
+def load_recording(path: str | os.PathLike[str], mapping: JointMapping | None = None) -> tuple[Bvh, PerformerClip]:
+    """Return the contents of a motion file and its clip; arguments and errors are those of ``load_performer_clip``."""
     try:
-        return performer_clip_from_bvh(read_bvh(path, mapping.figure if mapping else None), Path(path).stem, mapping)
+        bvh = read_performer_file(path, mapping)
+        return bvh, performer_clip_from_bvh(bvh, Path(path).stem, mapping)
     except JointMapError as error:
         raise error.at(Path(path)) from error
     except InputError as error:
         raise error if str(path) in str(error) else InputError(f"{path}: {error}") from error
 
 
+def read_performer_file(path: str | os.PathLike[str], mapping: JointMapping | None = None) -> Bvh:
+    """Return the contents of a motion file of any format, read with what the user said of it."""
+    told = mapping or JointMapping()
+    return read_motion_file(path, told.figure, told.skeleton, told.fps)
+
+
 def performer_clip_from_bvh(bvh: Bvh, name: str, mapping: JointMapping | None = None) -> PerformerClip:
-    """Return the clip of a BVH in metres and Z up; arguments and errors are those of ``load_performer_bvh``."""
+    """Return the clip of a BVH in metres and Z up; arguments and errors are those of ``load_performer_clip``."""
     mapping = mapping or JointMapping()
     in_file = local_pose(bvh)
     tree = find_performer_tree(bvh, *in_file, mapping)
@@ -96,10 +109,16 @@ def performer_clip_from_bvh(bvh: Bvh, name: str, mapping: JointMapping | None = 
     _check_bones(tree.names, positions, joint_map, leg)
     rest = _rest_positions(tree.parents, np.concat([np.zeros((1, 3)), np.median(local_positions, axis=0)[1:]]))
     notices = [*bvh.notices, *tree.notices]
-    up, unit = mapping.up_axis, mapping.unit
+    up, unit = mapping.up_axis or bvh.stated.up_axis, mapping.unit
     if up is None:
         up, shown_by = find_up_axis(positions, rest, joint_map, leg, fps)
         notices += [] if shown_by == BY_MOTION else [_unseen_up_notice(up, shown_by)]
+    if unit is None and bvh.stated.unit is not None:
+        if abs(np.log(bvh.stated.unit * leg / LEG_LENGTH)) < np.log(MAX_LEG_RATIO):
+            unit = bvh.stated.unit
+        else:
+            stated = f"{name_of_unit(bvh.stated.unit)} (legs would be {bvh.stated.unit * leg:.2g} m)"
+            notices.append(f"The unit that the file states, {stated}, was not believed. If it is right, give it: --unit METRES.")
     if unit is None:
         unit = _find_unit(leg, _feet_to_head(positions, joint_map))
         notices += _unit_notices(unit, leg)

@@ -16,6 +16,7 @@ def add_reading_options(parser: argparse.ArgumentParser) -> None:
     say = parser.add_argument_group("what the recording is, where it is detected wrongly")
     say.add_argument("--mapping", type=Path, metavar="FILE", help="YAML that names joints, unit or up axis, as in 'thigh_l: LeftUpLeg'")
     say.add_argument("--figure", type=int, metavar="N", help="which figure of a file that holds several, counted from 1")
+    say.add_argument("--skeleton", type=Path, metavar="FILE", help="ASF file of AMC files, where it is not found beside them")
     say.add_argument("--up", choices=UP_AXES, help="axis of the file that points up")
     say.add_argument("--unit", type=float, metavar="METRES", help="metres in a unit of the file, such as 0.01")
     say.add_argument("--fps", type=float, metavar="N", help="frame rate, where the file's is wrong; the output has it, too")
@@ -50,6 +51,7 @@ def mapping_from_options(options: argparse.Namespace) -> JointMapping:
         up_axis=options.up or mapping.up_axis,
         fps=options.fps,
         figure=options.figure,
+        skeleton=options.skeleton,
         mirror=options.mirror,
         zero_ground=options.ground == "zero",
     )

@@ -2,14 +2,16 @@
 
 from dataclasses import replace
 
-from agents.weights.pretrained import POSE_ROOT_MODEL, load_pretrained_root, reconstruct_root_on_ground
+import numpy as np
+
+from agents.weights.pretrained import IMU_ROOT_MODEL, POSE_ROOT_MODEL, load_pretrained_root, reconstruct_root_on_ground
 from datasets.cleanup.ground_levelling import is_floating
 from datasets.cleanup.off_feet_spans import OffFeetSpan, find_off_feet_spans
 from datasets.imu.root_features import ROOT_RATE_HZ
 from datasets.motion.clip import BodyMotion
 
 
-def locate_root(recorded: BodyMotion) -> tuple[BodyMotion, list[OffFeetSpan]]:
+def locate_root(recorded: BodyMotion, accelerations: np.ndarray | None = None) -> tuple[BodyMotion, list[OffFeetSpan]]:
     """Return the clip with a root, and the spans in which somebody sits, lies, climbs or is carried.
 
     The root is the recording's own, and the clip the same object, if the file has a root that does not float for longer than a jump:
@@ -17,17 +19,24 @@ def locate_root(recorded: BodyMotion) -> tuple[BodyMotion, list[OffFeetSpan]]:
 
     Args:
         recorded: Retargeted clip at 60 fps.
+        accelerations: Free accelerations that the recording holds, at 100 Hz [m/s^2], shape (N, 19, 3).
     """
     off_feet = find_off_feet_spans(recorded)
     if recorded.rooted and (off_feet or not is_floating(recorded)):
         return recorded, off_feet
-    rooted = reconstruct_missing_root(recorded)
+    rooted = reconstruct_missing_root(recorded, accelerations)
     return rooted, find_off_feet_spans(rooted)
 
 
-def reconstruct_missing_root(clip: BodyMotion) -> BodyMotion:
-    """Return the clip with the root that Root3D reads from its poses, on the ground; itself if it is shorter than the model's window."""
-    model = load_pretrained_root(POSE_ROOT_MODEL)
+def reconstruct_missing_root(clip: BodyMotion, accelerations: np.ndarray | None = None) -> BodyMotion:
+    """Return the clip with the root that Root3D reads from its poses and accelerations, on the ground.
+
+    Args:
+        clip: Clip at 60 fps; it is returned itself if it is shorter than the model's window.
+        accelerations: Free accelerations at 100 Hz [m/s^2], shape (N, 19, 3); None if there are none.
+    """
+    name = POSE_ROOT_MODEL if accelerations is None else IMU_ROOT_MODEL
+    model = load_pretrained_root(name)
     too_short = (len(clip) - 1) / clip.fps < (model.spec.window - 1) / ROOT_RATE_HZ
     # Not rooted: its heights drift, and whoever believed them would see stairs.
-    return clip if too_short else replace(reconstruct_root_on_ground(POSE_ROOT_MODEL, clip, level=False), rooted=False)
+    return clip if too_short else replace(reconstruct_root_on_ground(name, clip, accelerations, level=False), rooted=False)

@@ -1,4 +1,4 @@
-"""Cleans motion capture: ``python -m eval.clean IN.bvh --out OUT.bvh [--report DIR]``, or a folder of BVH files into another."""
+"""Cleans motion capture: ``python -m eval.clean IN.bvh --out OUT.bvh [--report DIR]``, or a folder of motion files into another."""
 
 import argparse
 import time
@@ -16,10 +16,17 @@ from agents.weights.pretrained import PRETRAINED_POLICY
 from configs.errors import InputError
 from configs.exit_codes import run_command
 from configs.process_pool import available_cores
-from datasets.formats.bvh import read_bvh, write_bvh
-from datasets.library.sources import BVH_SUFFIX
+from datasets.formats.motion_file import (
+    FORMATS_IN_WORDS,
+    can_write,
+    is_motion_file,
+    writable_suffixes,
+    write_motion_file,
+)
+from datasets.library.sources import find_readable_files
 from datasets.retarget.joint_mapping import JointMapping
 from datasets.retarget.mapping_draft import JointMapError, save_draft
+from datasets.retarget.performer_clip import read_performer_file
 from datasets.retarget.reading_options import add_reading_options, mapping_from_options, parse_reading
 from eval.clean.pipeline import STAGES, CleaningPipeline
 from eval.clean.report import write_clip_report, write_folder_report
@@ -30,32 +37,43 @@ from trainers.runs.run_log import make_console
 
 
 def pair_inputs_with_outputs(source: Path, target: Path) -> Iterator[tuple[Path, Path]]:
-    """Return each BVH file of a source, a file or a folder, and where its clean clip goes.
+    """Return each motion file of a source, a file or a folder, and where its clean clip goes.
+
+    The clip of a file in a folder keeps the file's name and format; it becomes a BVH where that format cannot be written.
 
     Raises:
         InputError: If there is none, or the target cannot take it.
     """
     if not source.exists():
-        raise InputError(f"{source}: no such file or folder; name a BVH file or a folder of them")
+        raise InputError(f"{source}: no such file or folder; name a {FORMATS_IN_WORDS} file or a folder of them")
     if source.is_dir():
-        if target.is_file() or target.suffix.lower() == BVH_SUFFIX:
+        if target.is_file() or is_motion_file(target):
             raise InputError(f"--out {target} is a file's name, should be a folder's, for the clips of {source}")
         if target.resolve() == source.resolve():
             raise InputError(f"--out {target} is the folder of the clips itself, should be another one")
-        found = (file for file in source.rglob("*") if file.suffix.lower() == BVH_SUFFIX and file.is_file())
-        files = sorted(file for file in found if target.resolve() not in file.resolve().parents)  # not what was cleaned before
-        if not files:
-            raise InputError(f"{source}: no BVH file here or below")
-        yield from ((file, target / file.relative_to(source)) for file in files)
+        found = find_readable_files(source)
+        files = [file for file in found if target.resolve() not in file.resolve().parents]  # not what was cleaned before
+        names = [file.relative_to(source) for file in files]
+        yield from ((file, target / _output_name(name, names)) for file, name in zip(files, names, strict=True))
         return
-    if source.suffix.lower() != BVH_SUFFIX:
-        raise InputError(f"{source}: no BVH file; a clip to clean is one")
-    if target.is_dir() or target.suffix.lower() != BVH_SUFFIX:
-        what = "a folder" if target.is_dir() else "no BVH file"
-        raise InputError(f"--out {target} is {what}, should be a file's name such as {target / source.name}")
+    if not is_motion_file(source):
+        raise InputError(f"{source}: no {FORMATS_IN_WORDS} file; a clip to clean is one")
+    if target.is_dir() or not can_write(target, source):
+        suffixes = writable_suffixes(source)
+        what = "a folder" if target.is_dir() else f"no {' or '.join(suffixes)} file"
+        raise InputError(f"--out {target} is {what}, should be a file's name such as {target / source.with_suffix(suffixes[0]).name}")
     if target.resolve() == source.resolve():
         raise InputError(f"--out {target} is the clip itself, should be another file's name")
     yield source, target
+
+
+def _output_name(name: Path, names: list[Path]) -> Path:
+    """Return the name of a clean clip: the recording's, as a BVH if its format cannot be written; "a.amc.bvh" where others are called a."""
+    if can_write(name, name):
+        return name
+    suffix = writable_suffixes(name)[0]
+    same = [other for other in names if other.with_suffix("") == name.with_suffix("")]
+    return name.with_suffix(suffix) if len(same) == 1 else name.with_name(name.name + suffix)
 
 
 def clean_files(
@@ -68,7 +86,7 @@ def clean_files(
     """Clean a clip, or all clips of a folder, and print a line for each.
 
     Args:
-        source: BVH file, or a folder of them.
+        source: Motion file, or a folder of them.
         target: File or folder to write.
         report: Folder of the report, None for no report.
         pipeline: Stages of the cleaning.
@@ -84,10 +102,10 @@ def clean_files(
         begin = time.monotonic()
         try:
             with _progress(console, f"cleaning {file.name}") as progress:
-                bvh, cleaned = pipeline.clean(read_bvh(file, mapping.figure if mapping else None), file.stem, mapping, progress=progress)
+                bvh, cleaned = pipeline.clean(read_performer_file(file, mapping), file.stem, mapping, progress=progress)
             with reporting_write_errors(out):
                 out.parent.mkdir(parents=True, exist_ok=True)
-                write_bvh(out, bvh)
+                written = write_motion_file(out, bvh, file)
         except InputError as failure:
             error = failure
             if isinstance(failure, JointMapError) and failure.draft not in drafts:  # one for all clips of the same skeleton
@@ -98,9 +116,9 @@ def clean_files(
             console.print(escape(f"{file}: {error}; left out"))
             num_failed += 1
             continue
-        console.print(escape(_line(file, out, cleaned, time.monotonic() - begin)))
+        console.print(escape(_line(file, out, cleaned, time.monotonic() - begin, written)))
         if report:
-            page = report / file.relative_to(source).with_suffix("") if source.is_dir() else report
+            page = report / _page_name(out, [each for _, each in clips]).relative_to(target) if source.is_dir() else report
             with console.status("writing the report"), reporting_write_errors(page):
                 reports[str(page.relative_to(report))] = write_clip_report(cleaned, page)
             console.print(escape(f"  report: {page / 'index.html'}"))
@@ -110,6 +128,12 @@ def clean_files(
         console.print(escape(f"report over all clips: {report / 'index.html'}"))
     if num_failed:
         raise InputError(f"{source}: {num_failed} of {len(clips)} files could not be cleaned, see above; the others were")
+
+
+def _page_name(out: Path, every: list[Path]) -> Path:
+    """Return the name of a clip's report: its file's without suffix, unless files differ in nothing else."""
+    bare = out.with_suffix("")
+    return bare if [each.with_suffix("") for each in every].count(bare) == 1 else out
 
 
 @contextmanager
@@ -123,10 +147,10 @@ def _progress(console: Console, title: str) -> Iterator[Callable[[float], None]]
         yield lambda share: bar.update(task, completed=share)
 
 
-def _line(file: Path, out: Path, cleaned: CleaningResult, seconds: float) -> str:
-    """Return the line that is printed of a cleaned clip."""
+def _line(file: Path, out: Path, cleaned: CleaningResult, seconds: float, written: tuple[str, ...]) -> str:
+    """Return the line that is printed of a cleaned clip, with those on how it was read, cleaned and written."""
     trusted = 100.0 * float(cleaned.confidence.mean())
-    told = "".join(f"\n  {line}" for line in (cleaned.read_as, *cleaned.notices))
+    told = "".join(f"\n  {line}" for line in (cleaned.read_as, *cleaned.notices, *written))
     restarted = f", restarted {len(cleaned.restarts)} times" if cleaned.restarts else ""
     helped = f", helped by {100.0 * cleaned.mean_assist:.1f} % of the body's weight" if cleaned.mean_assist else ""
     physics = f"{trusted:.0f} % of it is physics{helped}{restarted}"
@@ -136,8 +160,10 @@ def _line(file: Path, out: Path, cleaned: CleaningResult, seconds: float) -> str
 def main(arguments: list[str] | None = None, prog: str = "python -m eval.clean") -> int:
     """Run the command line; return the exit code."""
     parser = argparse.ArgumentParser(prog=prog, description="Clean motion capture: BVH in, clean BVH out, same skeleton.")
-    parser.add_argument("source", type=Path, metavar="IN", help="a BVH file, or a folder of them")
-    parser.add_argument("--out", type=Path, required=True, metavar="OUT", help="the clean BVH file, or the folder of them")
+    parser.add_argument("source", type=Path, metavar="IN", help=f"a {FORMATS_IN_WORDS} file, or a folder of them")
+    parser.add_argument(
+        "--out", type=Path, required=True, metavar="OUT", help="the clean file, BVH or the format of IN if it can be written, or the folder"
+    )
     parser.add_argument("--report", type=Path, metavar="DIR", help="write a page with before and after there")
     parser.add_argument("--policy", type=Path, metavar="FILE", default=PRETRAINED_POLICY, help="another policy than the package's")
     parser.add_argument("--without", choices=STAGES, action="append", default=[], help="leave a stage out; may be given twice")

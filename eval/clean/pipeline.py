@@ -12,6 +12,7 @@ from agents.weights.pretrained import PRETRAINED_POLICY, load_pretrained_restore
 from datasets.cleanup.off_feet_spans import OffFeetSpan
 from datasets.cleanup.performer_foot_lock import lock_performer_feet
 from datasets.formats.bvh import Bvh
+from datasets.imu.recording import measured_accelerations
 from datasets.motion.clip import FPS, BodyMotion
 from datasets.motion.kinematics import resample, resample_to
 from datasets.retarget.joint_mapping import JointMapping
@@ -92,7 +93,7 @@ class CleaningPipeline:
         retargeted = retarget(performer)  # 20 bodies, own rate
         recorded = resample(retargeted.motion, FPS)
         poses = restore_clip(self.restorer, recorded)
-        rooted, off_feet = locate_root(poses.motion)
+        rooted, off_feet = locate_root(poses.motion, measured_accelerations(bvh, retargeted, poses.motion))
         repaired = repair_kinematically(rooted, off_feet, poses.contacts)
         simulated = simulate_grounded_spans(self.simulator, repaired, off_feet, poses.contacts, progress)
         at_own_rate = _to_recording_rate(simulated, off_feet, retargeted.motion)

@@ -65,7 +65,7 @@ def prepare_motions(config: DataConfig, cache: Path, log: Callable[[str], None])
 def build_library(config: DataConfig, log: Callable[[str], None]) -> MotionLibrary:
     """Return all clips of a source with their simulated suit recordings, packed."""
     mapping = read_mapping(config.mapping) if config.mapping else None
-    recorded = load_source_motions(config.motions, mapping, seed=config.seed, progress=progress_bar("reading clips"))
+    recorded = load_source_motions(config.motions, mapping, seed=config.seed, progress=progress_bar("reading clips"), say=log)
     for people in range(1, config.synthetic_sets + 1):
         recorded += [
             SourceMotion(replace(clip, name=f"{clip.name}_{people}")) for clip in load_clips(SYNTHETIC_SOURCE, seed=config.seed + people)

@@ -26,7 +26,7 @@ from datasets.imu.suit_simulation import track_root
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_NAMES, SKELETON
 from datasets.motion.rotation import from_yaw, heading, rotate
-from datasets.retarget.performer_clip import load_performer_bvh
+from datasets.retarget.performer_clip import load_performer_clip
 from datasets.retarget.retarget import retarget
 from eval.evaluation_recordings import IMU_SUIT_CLIPS, OPTICAL_WALK_FRAMES, SENSOR_WALK_FOLDER, WALK_SENSORS
 
@@ -70,7 +70,7 @@ def load_real_walk(data: Path) -> RealWalk:
     for file in (clip_file, folder / VICON_FILE, folder / YAW_CORRECTION_FILE):
         if not file.is_file():
             raise InputError(f"{file}: no such file; the recording of the real walk belongs there")
-    clip = retarget(load_performer_bvh(clip_file))
+    clip = retarget(load_performer_clip(clip_file))
     first = OPTICAL_WALK_FRAMES.start + VICON_LEAD_FRAMES
     last = first + OPTICAL_WALK_FRAMES.stop - OPTICAL_WALK_FRAMES.start
     motion = clip.motion.cut(first - clip.performer_clip.dropped_frames, last - clip.performer_clip.dropped_frames)

@@ -9,7 +9,7 @@ import pytest
 from datasets.cleanup.foot_contacts import debounce_labels, detect_foot_contacts, true_spans
 from datasets.motion.clip import BodyMotion
 from datasets.motion.kinematics import resample
-from datasets.retarget.performer_clip import load_performer_bvh
+from datasets.retarget.performer_clip import load_performer_clip
 from datasets.retarget.retarget import retarget
 from datasets.synthetic import clips as synthetic
 from datasets.synthetic.footsteps import FeetTrack
@@ -121,7 +121,7 @@ def test_another_rate_finds_the_same_plants(feet: list[FeetTrack]) -> None:
 
 @pytest.mark.shared_data
 def test_a_real_walker_nearly_always_stands_on_a_foot(shared_data: Path) -> None:
-    walk = retarget(load_performer_bvh(shared_data / "cmu" / "train" / "cmu_12_01.bvh")).motion
+    walk = retarget(load_performer_clip(shared_data / "cmu" / "train" / "cmu_12_01.bvh")).motion
     contacts = detect_foot_contacts(walk)
     assert contacts.any(axis=1).mean() > 0.95
     assert 0.05 < contacts.all(axis=1).mean() < 0.45  # people who walk have both feet on the ground for about a quarter of the time

@@ -58,15 +58,31 @@ def test_one_figure_of_two_is_described(tmp_path: Path, capsys: pytest.CaptureFi
         assert joints in capsys.readouterr().out
 
 
+def test_a_broken_file_of_a_folder_is_named_and_the_others_are_described(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "broken.bvh").write_text("HIERARCHY\n")
+    write_bvh(tmp_path / "in" / "whole.bvh", as_bvh(lively()))
+    assert main([str(tmp_path / "in"), "--out", str(tmp_path / "pictures")]) == 2
+    captured = capsys.readouterr()
+    lines = [line for line in captured.err.splitlines() if "broken.bvh" in line or line.startswith("error: ")]
+    assert len(lines) == 2
+    assert lines[0].startswith(f"{tmp_path / 'in' / 'broken.bvh'}")
+    assert lines[0].endswith("; left out")
+    assert lines[1] == f"error: {tmp_path / 'in'}: 1 of 2 files could not be read, see above; the others are described"
+    assert "whole" in captured.out
+    assert [file.name for file in (tmp_path / "pictures").iterdir()] == ["whole.png"]
+
+
 def test_bad_input_is_one_line_and_exit_code_2_and_leaves_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "broken.bvh").write_text("HIERARCHY\n")
-    write_bvh(tmp_path / "a_good_one.bvh", as_bvh(lively()))
-    assert main([str(tmp_path), "--out", str(tmp_path / "pictures")]) == 2
-    captured = capsys.readouterr()
-    lines = [line for line in captured.err.splitlines() if line.strip()]
-    assert lines[-1].startswith(f"error: {tmp_path / 'broken.bvh'}")
-    assert not captured.out
-    assert not (tmp_path / "pictures").exists()
+    for source, expected in ((tmp_path / "broken.bvh", "broken.bvh"), (tmp_path, "none of 1 motion files can be read, see above")):
+        assert main([str(source), "--out", str(tmp_path / "pictures")]) == 2
+        captured = capsys.readouterr()
+        errors = [line for line in captured.err.splitlines() if line.startswith("error: ")]
+        assert len(errors) == 1
+        assert expected in errors[0]
+        assert not captured.out
+        assert not (tmp_path / "pictures").exists()
 
 
 def test_a_skeleton_whose_joints_are_not_all_found_leaves_a_draft_of_a_mapping(

@@ -44,17 +44,34 @@ def test_clips_come_at_one_rate(folder: Path) -> None:
     assert len(clip) == 25  # 50 frames at 60 fps last 49 / 60 s, which is 24.5 frames at 30 fps: frames 0 to 24
 
 
-def test_a_broken_file_is_named(folder: Path) -> None:
+def test_a_broken_file_is_left_out_with_a_line(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     broken = folder / "b" / "broken.bvh"
     broken.write_text("HIERARCHY\n")
-    with pytest.raises(InputError, match=str(broken)):
-        load_clips(folder)
+    said: list[str] = []
+    assert [clip.name for clip in load_clips(folder, say=said.append)] == ["a/take", "anna_walk_02", "b/take"]
+    (line,) = said
+    assert str(broken) in line
+    assert line.endswith("; left out")
+    assert "\n" not in line
+    assert len(load_clips(folder)) == 3
+    assert capsys.readouterr().err == f"{line}\n"  # where nobody listens
+
+
+def test_no_whole_file_at_all_is_an_error(tmp_path: Path) -> None:
+    for name in ("one.bvh", "two.bvh"):
+        (tmp_path / name).write_text("HIERARCHY\n")
+    said: list[str] = []
+    with pytest.raises(InputError, match="none of 2 motion files can be read"):
+        load_clips(tmp_path, say=said.append)
+    assert [f"{name}.bvh" in line for name, line in zip(("one", "two"), said, strict=True)] == [True, True]
+    with pytest.raises(InputError, match=r"one\.bvh"):
+        load_clips(tmp_path / "one.bvh")
 
 
 def test_sources_that_are_none_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"nowhere: no such file or folder.*'synthetic'"):
         find_motion_files(tmp_path / "nowhere")
-    with pytest.raises(InputError, match="no BVH or MVNX file here or below"):
+    with pytest.raises(InputError, match="no BVH, MVNX or AMC file here or below"):
         find_motion_files(tmp_path)
 
 

@@ -9,7 +9,7 @@ from datasets.formats.bvh import Bvh, write_bvh
 from datasets.motion.humanoid import BODY_NAMES
 from datasets.retarget.joint_mapping import read_mapping
 from datasets.retarget.mapping_draft import JointMapError, save_draft
-from datasets.retarget.performer_clip import load_performer_bvh, performer_clip_from_bvh
+from datasets.retarget.performer_clip import load_performer_clip, performer_clip_from_bvh
 from tests.builders import as_bvh, lively
 
 
@@ -56,7 +56,7 @@ def test_a_draft_is_written_once_and_its_path_is_said(tmp_path: Path) -> None:
 def test_the_error_of_a_file_keeps_its_draft(tmp_path: Path) -> None:
     write_bvh(tmp_path / "take.bvh", renamed(as_bvh(lively()), LeftForeArm="Bone7"))
     with pytest.raises(JointMapError, match=r"take\.bvh: no joint found for forearm_l") as caught:
-        load_performer_bvh(tmp_path / "take.bvh")
+        load_performer_clip(tmp_path / "take.bvh")
     assert "Bone7" in caught.value.draft
     assert caught.value.clip == "take"
     assert "\n" not in str(caught.value)

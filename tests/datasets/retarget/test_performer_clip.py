@@ -11,7 +11,7 @@ from datasets.formats.bvh import write_bvh
 from datasets.motion.humanoid import LEG_LENGTH
 from datasets.motion.skeleton import forward_kinematics
 from datasets.retarget.joint_mapping import JointMapping
-from datasets.retarget.performer_clip import leg_length, load_performer_bvh, performer_clip_from_bvh
+from datasets.retarget.performer_clip import leg_length, load_performer_clip, performer_clip_from_bvh
 from tests.builders import as_bvh, lively, posed
 
 
@@ -81,8 +81,8 @@ def test_a_broken_file_is_named(tmp_path: Path) -> None:
     file = tmp_path / "broken.bvh"
     file.write_text("HIERARCHY\nROOT Hips\n{\n")
     with pytest.raises(InputError, match=str(file)):
-        load_performer_bvh(file)
+        load_performer_clip(file)
     bvh = as_bvh(posed({}))
     write_bvh(file, replace(bvh, names=tuple(f"bone{joint}" for joint in range(len(bvh.names)))))
     with pytest.raises(InputError, match=f"{file}: no joint found for pelvis"):
-        load_performer_bvh(file)
+        load_performer_clip(file)

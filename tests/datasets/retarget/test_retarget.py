@@ -12,7 +12,7 @@ from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_NAMES, hinge_angles, rotations_from_hinges
 from datasets.motion.kinematics import body_poses, lowest_point_heights
 from datasets.motion.rotation import conjugate, multiply, rotate, rotation_angle
-from datasets.retarget.performer_clip import load_performer_bvh, performer_clip_from_bvh
+from datasets.retarget.performer_clip import load_performer_clip, performer_clip_from_bvh
 from datasets.retarget.retarget import Retargeted, retarget
 from datasets.retarget.retarget_error import measure_retarget
 from tests.builders import STANDING, as_bvh, hinge, lively, posed
@@ -219,7 +219,7 @@ def test_a_foot_without_toe_or_end_site_points_where_the_hips_do() -> None:
     ["cmu/train/cmu_12_01.bvh", "cmu/train/cmu_16_12_60fps.bvh", "mit/imu/rokoko_jesse_dance.bvh", "gpl/imu/xsens_neura_S02_walk1.bvh"],
 )
 def test_real_performers_ankles_are_met_and_knees_bend_backward(shared_data: Path, file: str) -> None:
-    result = retarget(load_performer_bvh(shared_data / file))
+    result = retarget(load_performer_clip(shared_data / file))
     fidelity = measure_retarget(result)
     assert fidelity.error_local[[BODY_NAMES.index("foot_l"), BODY_NAMES.index("foot_r")]].max() < 0.01
     angles = np.degrees(hinge_angles(result.motion.local_rotations))

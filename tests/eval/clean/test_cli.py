@@ -194,10 +194,13 @@ def test_what_cannot_be_done_is_told_in_a_line(policy: Path, tmp_path: Path, cap
     end = ["--policy", policy]
     said = [
         (refused(capsys, tmp_path / "none.bvh", "--out", folder / "out.bvh", *end), "none.bvh: no such file or folder"),
-        (refused(capsys, tmp_path / "notes.txt", "--out", folder / "out.bvh", *end), "notes.txt: no BVH file"),
+        (refused(capsys, tmp_path / "notes.txt", "--out", folder / "out.bvh", *end), "notes.txt: no BVH, "),
         (refused(capsys, tmp_path / "broken.bvh", "--out", folder / "out.bvh", *end), "broken.bvh"),
         (refused(capsys, clip, "--out", folder, *end), f"is a folder, should be a file's name such as {folder / 'in.bvh'}"),
-        (refused(capsys, clip, "--out", folder / "new", *end), f"is no BVH file, should be a file's name such as {folder}/new/in.bvh"),
+        (
+            refused(capsys, clip, "--out", folder / "new", *end),
+            f"is no .bvh file, should be a file's name such as {folder}/new/in.bvh",
+        ),
         (refused(capsys, clip, "--out", clip, *end), "is the clip itself"),
         (refused(capsys, clip, "--out", folder / ".." / "in.bvh", *end), "is the clip itself"),
         (refused(capsys, clip, "--out", tmp_path / "notes.txt" / "out.bvh", *end), "notes.txt is no folder"),
@@ -206,7 +209,7 @@ def test_what_cannot_be_done_is_told_in_a_line(policy: Path, tmp_path: Path, cap
         (refused(capsys, clip, "--out", folder / "out.bvh", "--unit", "-1", *end), "--unit -1 should be a positive number"),
         (refused(capsys, clip, "--out", folder / "out.bvh", "--policy", tmp_path / "none.safetensors"), "none.safetensors"),
         (refused(capsys, clip, "--out", folder / "out.bvh", "--policy", tmp_path / "notes.txt"), "notes.txt"),
-        (refused(capsys, folder / "empty", "--out", folder / "out", *end), "no BVH file here or below"),
+        (refused(capsys, folder / "empty", "--out", folder / "out", *end), "file here or below"),
         (refused(capsys, tmp_path / "clips", "--out", clip, *end), "is a file's name, should be a folder's"),
         (refused(capsys, tmp_path / "clips", "--out", folder / "out.bvh", *end), "is a file's name, should be a folder's"),
         (refused(capsys, tmp_path / "clips", "--out", tmp_path / "clips", *end), "is the folder of the clips itself"),
@@ -264,7 +267,7 @@ def test_clips_of_a_few_frames_come_back(frames: int, fps: float) -> None:
 
 def test_a_pose_is_no_clip_without_a_root(monkeypatch: pytest.MonkeyPatch) -> None:
     # Who keeps still within a centimetre cannot be told from a recording that holds no root: the path is worked out, and said to be.
-    monkeypatch.setattr(believed_root, "reconstruct_missing_root", lambda clip: replace(clip, rooted=False))
+    monkeypatch.setattr(believed_root, "reconstruct_missing_root", lambda clip, _: replace(clip, rooted=False))
     shrink_search(monkeypatch)
     *_, told = cleaned(still(90))
     assert told.notices == ("The recording does not say where the pelvis went, or lets the figure hover; its path was reconstructed.",)

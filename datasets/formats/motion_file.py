@@ -1,0 +1,89 @@
+"""Motion files of every format that can be read or written, told apart by suffix: the one place that knows the suffixes."""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from configs.errors import InputError
+from datasets.formats.asf_amc import read_asf_amc
+from datasets.formats.bvh import Bvh, read_bvh, write_bvh
+from datasets.formats.mvnx import read_mvnx_as_bvh
+from datasets.formats.mvnx_writer import write_mvnx
+
+BVH_SUFFIX, MVNX_SUFFIX, AMC_SUFFIX = ".bvh", ".mvnx", ".amc"
+READABLE_SUFFIXES = (MVNX_SUFFIX, BVH_SUFFIX, AMC_SUFFIX)  # of several files of one name the first holds most
+_FORMATS = [suffix[1:].upper() for suffix in (BVH_SUFFIX, *(other for other in READABLE_SUFFIXES if other != BVH_SUFFIX))]
+FORMATS_IN_WORDS = f"{', '.join(_FORMATS[:-1])} or {_FORMATS[-1]}"
+
+
+def _write_bvh(path: Path, bvh: Bvh, _: Path) -> tuple[str, ...]:
+    write_bvh(path, bvh)
+    return ()
+
+
+_WRITERS: dict[str, Callable[[Path, Bvh, Path], tuple[str, ...]]] = {BVH_SUFFIX: _write_bvh, MVNX_SUFFIX: write_mvnx}
+
+
+def is_motion_file(path: Path) -> bool:
+    """Return whether a file's name is that of a motion file that can be read."""
+    return path.suffix.lower() in READABLE_SUFFIXES
+
+
+def can_write(path: Path, source: Path) -> bool:
+    """Return whether a file with the suffix of ``path`` can be written of a clip that was read from ``source``.
+
+    Every clip can be written as BVH; other formats hold more than a clip, and are written only as copies of a file of the same format.
+    """
+    return path.suffix.lower() in writable_suffixes(source)
+
+
+def writable_suffixes(source: Path) -> list[str]:
+    """Return the suffixes of the formats in which a clip from ``source`` can be written, its own first where that is one."""
+    own = source.suffix.lower()
+    return [*([own] if own in _WRITERS and own != BVH_SUFFIX else []), BVH_SUFFIX]
+
+
+def read_motion_file(
+    path: str | os.PathLike[str], figure: int | None = None, skeleton: Path | None = None, fps: float | None = None
+) -> Bvh:
+    """Read and check a motion file; a file of an unknown suffix is read as BVH.
+
+    Args:
+        path: BVH, MVNX or AMC file.
+        figure: Number of the figure to read, from 1, in a BVH file with several ROOTs.
+        skeleton: ASF file of an AMC file, None to find it beside that.
+        fps: Frame rate that the user gave [1/s], for formats without one.
+
+    Returns:
+        Contents of the file in the terms of BVH, with notices of what was guessed or mended.
+
+    Raises:
+        InputError: If the file cannot be read or is broken; names it.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix == MVNX_SUFFIX:
+        return read_mvnx_as_bvh(path)
+    if suffix == AMC_SUFFIX:
+        return read_asf_amc(path, skeleton, fps)
+    return read_bvh(path, figure)
+
+
+def write_motion_file(path: str | os.PathLike[str], bvh: Bvh, source: str | os.PathLike[str]) -> tuple[str, ...]:
+    """Write a clip in the format of the suffix; an older file is replaced whole or not at all.
+
+    Args:
+        path: File to write.
+        bvh: Clip.
+        source: File that the clip was read from, which gives what ``bvh`` does not hold.
+
+    Returns:
+        Lines for the user on what of the written file is not the clip's.
+
+    Raises:
+        InputError: If this format cannot be written of a clip from this source, or the file cannot be written there.
+    """
+    path, source = Path(path), Path(source)
+    if not can_write(path, source):
+        raise InputError(f"{path}: {source.name} can only be written as {' or '.join(writable_suffixes(source))}; give a name that ends so")
+    return _WRITERS[path.suffix.lower()](path, bvh, source)

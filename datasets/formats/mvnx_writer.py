@@ -1,0 +1,95 @@
+"""Writing of MVNX: a copy of the recorded file with other positions and orientations of its segments, and everything else as it was."""
+
+from pathlib import Path
+from xml.parsers import expat
+
+import numpy as np
+
+from configs.atomic_file import atomic_write
+from configs.errors import InputError
+from datasets.formats.bvh import Bvh, local_pose
+from datasets.formats.mvnx import read_mvnx
+from datasets.motion.skeleton import forward_kinematics
+
+DECIMALS = 6  # of written numbers [m, components of quaternions], as Xsens' software has them
+MAX_ENCODING_BYTES = 100  # at the start of a file, in which text of two bytes a character shows
+_REPLACED = ("position", "orientation")
+
+
+def write_mvnx(path: Path, bvh: Bvh, source: Path) -> tuple[str, ...]:
+    """Write a clip as a copy of the MVNX file that it was read from; an older file is replaced whole or not at all.
+
+    Positions and orientations of the segments are the clip's. What else a frame holds, such as velocities and joint angles, is the
+    recording's, byte for byte.
+
+    Args:
+        path: File to write.
+        bvh: Clip of the same segments and frames, in metres and Z up.
+        source: The recorded file.
+
+    Returns:
+        A line for the user on what of the file is not the clip's.
+
+    Raises:
+        InputError: If the recorded file cannot be read again, or the new one cannot be written.
+    """
+    recorded = read_mvnx(source)
+    if len(bvh.values) != len(recorded.positions) or sorted(bvh.names) != sorted(recorded.segments):
+        raise InputError(f"{source}: holds other segments or frames than when it was read; clean it again")
+    order = [bvh.names.index(segment) for segment in recorded.segments]
+    positions, orientations = (part[:, order] for part in forward_kinematics(bvh.parents, *local_pose(bvh)))
+    orientations = orientations * np.where(np.sum(orientations * recorded.orientations, axis=-1, keepdims=True) < 0.0, -1.0, 1.0)
+    data = source.read_bytes()
+    rows = {"position": _rows(positions), "orientation": _rows(orientations)}
+    try:
+        with atomic_write(path) as temporary, temporary.open("wb") as file:
+            end = 0
+            for tag, frame, start, stop in _spans(data, source):
+                file.write(data[end:start])
+                file.write(rows[tag][frame])
+                end = stop
+            file.write(data[end:])
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror}); give a file in a writable folder") from error
+    return ("Of the MVNX file the segments' positions and orientations are clean; everything else in it is the recording's.",)
+
+
+def _rows(table: np.ndarray) -> list[bytes]:
+    """Return the text of each frame of a table (T, J, components)."""
+    rounded = np.round(table.reshape(len(table), -1), DECIMALS) + 0.0  # no negative zeros
+    return [" ".join(f"{value:.{DECIMALS}f}" for value in row).encode("ascii") for row in rounded.tolist()]
+
+
+class _Spans:
+    """Handlers of an expat parser that collect where the texts of positions and orientations stand in a file."""
+
+    def __init__(self, data: bytes) -> None:
+        """Begin before the file's first byte."""
+        self.data, self.parser = data, expat.ParserCreate()
+        self.parser.StartElementHandler, self.parser.EndElementHandler = self._start, self._end
+        self.path: list[str] = []
+        self.found: list[tuple[str, int, int, int]] = []
+        self.frame, self.subjects, self.normal, self.begin = -1, 0, False, 0
+
+    def _start(self, name: str, attributes: dict[str, str]) -> None:
+        self.path.append(name.rpartition(":")[2])
+        if self.path == ["mvnx", "subject"]:
+            self.subjects += 1
+        if self.path == ["mvnx", "subject", "frames", "frame"]:
+            self.normal = self.subjects == 1 and attributes.get("type", "normal") == "normal"
+            self.frame += self.normal
+        self.begin = self.data.index(b">", self.parser.CurrentByteIndex) + 1
+
+    def _end(self, _: str) -> None:
+        if self.normal and self.path[:-1] == ["mvnx", "subject", "frames", "frame"] and self.path[-1] in _REPLACED:
+            self.found.append((self.path[-1], self.frame, self.begin, self.parser.CurrentByteIndex))
+        self.path.pop()
+
+
+def _spans(data: bytes, source: Path) -> list[tuple[str, int, int, int]]:
+    """Return tag, frame, first byte and end of the text of each position and orientation of the frames of a checked file, in its order."""
+    if b"\0" in data[:MAX_ENCODING_BYTES]:
+        raise InputError(f"{source}: is UTF-16 text; save it as UTF-8 to write MVNX, or write a BVH file")
+    spans = _Spans(data)
+    spans.parser.Parse(data, True)
+    return spans.found
