@@ -178,7 +178,7 @@ def depth_first(armature: Any) -> list[Any]:
 
 
 def read(bpy: Any, source: Path, result: Path, figure: int) -> None:
-    """Write facts of an armature, and the ``rest`` (J, 4, 4) and ``poses`` (T, J, 4, 4) of its bones in its space, its ``places`` (T, 4, 4)."""
+    """Write facts of an armature, ``rest`` (J, 4, 4) and ``poses`` (T, J, 4, 4) of its bones in its space, and its ``places`` (T, 4, 4)."""
     import_fps = import_scene(bpy, source)
     armature, _, notices = find_armature(bpy, figure)
     frames, fps, recorded = scene_frames(bpy, armature, import_fps)
@@ -227,7 +227,7 @@ def write(bpy: Any, source: Path, poses: Path, figure: int, out: Path) -> None:
         above = bones[index].parent
         key_bone(armature, bones[index], times, matrices[:, index], matrices[:, names.index(above.name)] if above else None)
     name_takes(bpy, armature, actions)
-    export(bpy, out, several=len(actions) > 1)
+    export(bpy, out, several=len(actions) > 1, one_take=source.suffix.lower() == ".fbx" and len(actions) == 1)
 
 
 def retime(bpy: Any, frames: np.ndarray) -> int:
@@ -295,8 +295,15 @@ def name_takes(bpy: Any, armature: Any, actions: list[Any]) -> None:
     bpy.context.scene.name = actions[0].name  # of the one animation of an FBX
 
 
-def export(bpy: Any, out: Path, several: bool) -> None:
-    """Write the scene; ``several`` animations of the figure each for itself."""
+def export(bpy: Any, out: Path, several: bool, one_take: bool) -> None:
+    """Write the scene.
+
+    Args:
+        bpy: Blender.
+        out: File to write.
+        several: Whether the figure has several animations, each to be written for itself.
+        one_take: Whether all objects' actions are one animation, as in an FBX, whose importer makes an action of each object's share.
+    """
     if out.suffix.lower() == ".fbx":
         bpy.ops.export_scene.fbx(
             filepath=str(out),
@@ -312,7 +319,8 @@ def export(bpy: Any, out: Path, several: bool) -> None:
     bpy.ops.export_scene.gltf(
         filepath=str(out),
         export_format="GLB" if out.suffix.lower() == ".glb" else "GLTF_SEPARATE",
-        export_animation_mode="ACTIONS",
+        export_animation_mode="ACTIVE_ACTIONS" if one_take else "ACTIONS",
+        export_nla_strips_merged_animation_name=bpy.context.scene.name,
         export_force_sampling=True,
         export_optimize_animation_size=False,
         export_all_influences=True,

@@ -11,7 +11,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -20,7 +20,7 @@ import numpy as np
 from configs.atomic_file import atomic_write
 from configs.errors import InputError
 from datasets.formats.blender_process import FAILED, NO_BLENDER
-from datasets.formats.bvh import Bvh, channel_values, local_pose
+from datasets.formats.bvh import Bvh, Stated, bvh_from_pose, local_pose
 from datasets.motion.rotation import conjugate, multiply, rotate
 from datasets.motion.rotation_matrices import matrices_to_quaternions, quaternions_to_matrices
 from datasets.motion.skeleton import forward_kinematics
@@ -30,9 +30,6 @@ PYTHON_VARIABLE = "ADAPT_MIMIC_BLENDER_PYTHON"  # path of a Python that has Blen
 BLENDER_VERSION = "5.0.1"
 MAX_BYTES = 512 * 2**20  # of a file: characters come with textures
 TIME_LIMIT_S = 600.0
-MIN_STRETCH_RATIO = 1e-4  # of the skeleton's size, from which a bone's place is a motion of its own
-ROTATION = ("Zrotation", "Xrotation", "Yrotation")
-POSITION = ("Xposition", "Yposition", "Zposition")
 MAX_REASON = 200  # characters of what Blender says
 
 
@@ -49,6 +46,7 @@ class ArmaturePoses:
         places: Pose of the armature itself in the world, shape (T, 4, 4).
         fps: Frame rate [1/s].
         notices: Lines for the user on what was chosen or guessed.
+        figure: Number of the armature in its file, where one was chosen.
     """
 
     names: tuple[str, ...]
@@ -59,6 +57,7 @@ class ArmaturePoses:
     places: np.ndarray
     fps: float
     notices: tuple[str, ...]
+    figure: int | None = None
 
     @property
     def extra_joints(self) -> int:
@@ -84,7 +83,7 @@ def read_scene(path: str | os.PathLike[str], figure: int | None = None) -> Bvh:
     return to_bvh(_read_poses(Path(path), figure))
 
 
-def write_scene(path: str | os.PathLike[str], bvh: Bvh, source: str | os.PathLike[str], figure: int | None = None) -> None:
+def write_scene(path: Path, bvh: Bvh, source: Path) -> tuple[str, ...]:
     """Write a copy of a scene in which a skeleton moves otherwise; an older file is replaced whole or not at all.
 
     Joints that move as in the source keep their curves, and so does everything else in the scene.
@@ -93,12 +92,14 @@ def write_scene(path: str | os.PathLike[str], bvh: Bvh, source: str | os.PathLik
         path: FBX, GLB or glTF file to write; a glTF holds its buffers and textures in itself.
         bvh: Motion on the skeleton that ``read_scene`` returned of ``source``.
         source: FBX, GLB or glTF file, which stays as it is.
-        figure: Number of the skeleton, as it was read.
+
+    Returns:
+        A line for the user on what Blender writes otherwise than it was.
 
     Raises:
         InputError: If Blender is not installed or fails, the skeleton is another one, or the file cannot be written; names the file.
     """
-    path, source = Path(path), Path(source)
+    figure = bvh.stated.figure
     recorded = _read_poses(source, figure)
     matrices, changed = new_poses(recorded, bvh, source)
     with tempfile.TemporaryDirectory(prefix="adapt-mimic-") as folder:
@@ -112,10 +113,11 @@ def write_scene(path: str | os.PathLike[str], bvh: Bvh, source: str | os.PathLik
                 shutil.copyfile(made, temporary)
         except OSError as error:
             raise InputError(f"{path}: cannot be written ({error.strerror}); give a file in a writable folder") from error
+    return ("The file was written by Blender: Y up; an FBX in centimetres, a glTF in metres; materials as far as the format has them.",)
 
 
 def to_bvh(recorded: ArmaturePoses) -> Bvh:
-    """Return an armature's motion in the terms of BVH; bones that never change their length have no position channels."""
+    """Return an armature's motion in the terms of BVH; whether its unit is believed is left to who knows a human's size."""
     parents = _joint_parents(recorded)
     over = list(parents[1:])
     positions, rotations = _world_poses(recorded)
@@ -123,21 +125,11 @@ def to_bvh(recorded: ArmaturePoses) -> Bvh:
     back = conjugate(rotations[:, over])
     local_positions[:, 1:] = rotate(back, positions[:, 1:] - positions[:, over])
     local_rotations[:, 1:] = multiply(back, rotations[:, 1:])
-    offsets = np.median(local_positions, axis=0)
-    stretch = np.abs(local_positions - offsets).max(axis=(0, 2))
-    moving = stretch > MIN_STRETCH_RATIO * np.ptp(positions[0], axis=0).max()
-    channels = tuple((*POSITION, *ROTATION) if joint == 0 or moving[joint] else ROTATION for joint in range(len(parents)))
-    still = Bvh(
-        _joint_names(recorded),
-        parents,
-        offsets,
-        channels,
-        tuple(() if joint in parents else ((0.0, 0.0, 0.0),) for joint in range(len(parents))),
-        1.0 / recorded.fps,
-        np.zeros((len(positions), sum(map(len, channels)))),
-        notices=recorded.notices,
-    )
-    return Bvh(**{**vars(still), "values": channel_values(still, local_positions, local_rotations)})
+    # A leaf ends where Blender's importers let it end, which is nowhere in the file: its End Site says nothing
+    ends = tuple(() if joint in parents else ((0.0, 0.0, 0.0),) for joint in range(len(parents)))
+    stated = Stated(unit=1.0, figure=recorded.figure)
+    bvh = bvh_from_pose(_joint_names(recorded), parents, ends, recorded.fps, local_positions, local_rotations, stated)
+    return replace(bvh, notices=recorded.notices)
 
 
 def _joint_names(recorded: ArmaturePoses) -> tuple[str, ...]:
@@ -188,7 +180,7 @@ def new_poses(recorded: ArmaturePoses, bvh: Bvh, source: Path) -> tuple[np.ndarr
         raise InputError(
             f"{source}: holds another skeleton or other frames than the clip; it should be the file that the clip was read from"
         )
-    _, old_rotations = forward_kinematics(before.parents, *local_pose(before))
+    old_positions, old_rotations = forward_kinematics(before.parents, *local_pose(before))
     positions, rotations = forward_kinematics(bvh.parents, *local_pose(bvh))
     extra = recorded.extra_joints
     columns = np.repeat(np.arange(len(bvh.names)), [len(channels) for channels in bvh.channels])
@@ -198,7 +190,7 @@ def new_poses(recorded: ArmaturePoses, bvh: Bvh, source: Path) -> tuple[np.ndarr
         changed |= np.array(bvh.parents) == 0
     world = recorded.places[:, None] @ recorded.poses
     world[..., :3, :3] = quaternions_to_matrices(multiply(rotations, conjugate(old_rotations))[:, extra:]) @ world[..., :3, :3]
-    world[..., :3, 3] = positions[:, extra:]
+    world[..., :3, 3] += (positions - old_positions)[:, extra:]
     return np.linalg.inv(recorded.places)[:, None] @ world, changed[extra:]
 
 
@@ -214,7 +206,7 @@ def _read_poses(path: Path, figure: int | None) -> ArmaturePoses:
     if not all(np.isfinite(table).all() for table in (rest, poses, places)):
         raise InputError(f"{path}: some pose of '{facts['armature']}' is not finite; export the animation anew")
     names, parents, notices = (tuple(facts[name]) for name in ("names", "parents", "notices"))
-    return ArmaturePoses(names, parents, facts["armature"], rest, poses, places, facts["fps"], notices)
+    return ArmaturePoses(names, parents, facts["armature"], rest, poses, places, facts["fps"], notices, figure)
 
 
 def _check_size(path: Path) -> None:
@@ -257,8 +249,8 @@ def _run_blender(arguments: list[object], source: Path, folder: Path) -> None:
         ) from error
     if code == NO_BLENDER:
         raise InputError(
-            f"{source}: FBX and glTF are read by Blender, which {python} has not: 'pip install bpy=={BLENDER_VERSION}' in an environment of "
-            f"its own with Python 3.11, and set {PYTHON_VARIABLE} to that environment's python"
+            f"{source}: FBX and glTF are read by Blender, which {python} has not: 'pip install bpy=={BLENDER_VERSION}' in an environment "
+            f"of its own with Python 3.11, and set {PYTHON_VARIABLE} to that environment's python"
         )
     if code:
         raise InputError(f"{source}: {_reason(folder) if code == FAILED else 'Blender broke down on it; export it anew'}")

@@ -33,11 +33,13 @@ class Stated:
         unit: Metres per unit of the file.
         up_axis: Axis that points up, such as "y" or "-z".
         free_accelerations: Joint -> what its sensor measured in the file's world axes, gravity subtracted [m/s^2], shape (T, 3).
+        figure: Number of the figure in a scene, where one was chosen.
     """
 
     unit: float | None = None
     up_axis: str | None = None
     free_accelerations: Mapping[int, np.ndarray] = field(default_factory=dict)
+    figure: int | None = None
 
 
 NOTHING_STATED = Stated()

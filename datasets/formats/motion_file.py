@@ -6,12 +6,13 @@ from pathlib import Path
 
 from configs.errors import InputError
 from datasets.formats.asf_amc import read_asf_amc
+from datasets.formats.blender_scene import SCENE_SUFFIXES, read_scene, write_scene
 from datasets.formats.bvh import Bvh, read_bvh, write_bvh
 from datasets.formats.mvnx import read_mvnx_as_bvh
 from datasets.formats.mvnx_writer import write_mvnx
 
 BVH_SUFFIX, MVNX_SUFFIX, AMC_SUFFIX = ".bvh", ".mvnx", ".amc"
-READABLE_SUFFIXES = (MVNX_SUFFIX, BVH_SUFFIX, AMC_SUFFIX)  # of several files of one name the first holds most
+READABLE_SUFFIXES = (MVNX_SUFFIX, BVH_SUFFIX, AMC_SUFFIX, *SCENE_SUFFIXES)  # of several files of one name the first holds most
 _FORMATS = [suffix[1:].upper() for suffix in (BVH_SUFFIX, *(other for other in READABLE_SUFFIXES if other != BVH_SUFFIX))]
 FORMATS_IN_WORDS = f"{', '.join(_FORMATS[:-1])} or {_FORMATS[-1]}"
 
@@ -21,7 +22,11 @@ def _write_bvh(path: Path, bvh: Bvh, _: Path) -> tuple[str, ...]:
     return ()
 
 
-_WRITERS: dict[str, Callable[[Path, Bvh, Path], tuple[str, ...]]] = {BVH_SUFFIX: _write_bvh, MVNX_SUFFIX: write_mvnx}
+_WRITERS: dict[str, Callable[[Path, Bvh, Path], tuple[str, ...]]] = {
+    BVH_SUFFIX: _write_bvh,
+    MVNX_SUFFIX: write_mvnx,
+    **dict.fromkeys(SCENE_SUFFIXES, write_scene),
+}
 
 
 def is_motion_file(path: Path) -> bool:
@@ -32,7 +37,8 @@ def is_motion_file(path: Path) -> bool:
 def can_write(path: Path, source: Path) -> bool:
     """Return whether a file with the suffix of ``path`` can be written of a clip that was read from ``source``.
 
-    Every clip can be written as BVH; other formats hold more than a clip, and are written only as copies of a file of the same format.
+    Every clip can be written as BVH; other formats hold more than a clip, and are written only as copies of a file of the same format, or
+    scenes of another scene.
     """
     return path.suffix.lower() in writable_suffixes(source)
 
@@ -40,6 +46,8 @@ def can_write(path: Path, source: Path) -> bool:
 def writable_suffixes(source: Path) -> list[str]:
     """Return the suffixes of the formats in which a clip from ``source`` can be written, its own first where that is one."""
     own = source.suffix.lower()
+    if own in SCENE_SUFFIXES:
+        return [own, *(suffix for suffix in SCENE_SUFFIXES if suffix != own), BVH_SUFFIX]
     return [*([own] if own in _WRITERS and own != BVH_SUFFIX else []), BVH_SUFFIX]
 
 
@@ -49,8 +57,8 @@ def read_motion_file(
     """Read and check a motion file; a file of an unknown suffix is read as BVH.
 
     Args:
-        path: BVH, MVNX or AMC file.
-        figure: Number of the figure to read, from 1, in a BVH file with several ROOTs.
+        path: BVH, MVNX, AMC, FBX, GLB or glTF file.
+        figure: Number of the figure to read, from 1, in a BVH file with several ROOTs or a scene with several skeletons.
         skeleton: ASF file of an AMC file, None to find it beside that.
         fps: Frame rate that the user gave [1/s], for formats without one.
 
@@ -66,6 +74,8 @@ def read_motion_file(
         return read_mvnx_as_bvh(path)
     if suffix == AMC_SUFFIX:
         return read_asf_amc(path, skeleton, fps)
+    if suffix in SCENE_SUFFIXES:
+        return read_scene(path, figure)
     return read_bvh(path, figure)
 
 

@@ -1,9 +1,6 @@
 """FBX and glTF through Blender: what is made of an armature's poses; where Blender is, scenes are built, read, changed and read again."""
 
-import json
-import os
 import stat
-import subprocess
 import sys
 import tempfile
 from dataclasses import replace
@@ -19,26 +16,21 @@ from datasets.formats import blender_scene
 from datasets.formats.blender_process import MAX_KEY_FPS, SceneError, sampled_frames
 from datasets.formats.blender_scene import PYTHON_VARIABLE, ArmaturePoses, new_poses, read_scene, to_bvh, write_scene
 from datasets.formats.bvh import Bvh, channel_values, local_pose, read_bvh
-from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import BODY_NAMES, SKELETON
 from datasets.motion.kinematics import body_poses
-from datasets.motion.rotation import from_axis_angle, multiply, to_matrix
+from datasets.motion.rotation import from_axis_angle, multiply
 from datasets.motion.skeleton import forward_kinematics
 from datasets.retarget.performer_clip import performer_clip_from_bvh
 from datasets.retarget.retarget import retarget
-from tests.builders import MIXAMO, STANDING, as_bvh, joint_name, lively
-
-PYTHON = os.environ.get(PYTHON_VARIABLE) or sys.executable
-HAS_BLENDER = (
-    subprocess.run([PYTHON, "-I", "-c", "import importlib.util, sys; sys.exit(importlib.util.find_spec('bpy') is None)"]).returncode == 0
+from tests.builders import as_bvh, lively
+from tests.datasets.formats.blender_scenes import (
+    CENTIMETRES_Y_UP,
+    FINGER,
+    NAMES,
+    build,
+    inspect,
+    needs_blender,
+    place_in_centimetres,
 )
-needs_blender = pytest.mark.skipif(
-    not HAS_BLENDER, reason=f"needs Blender as a Python module (bpy), here or in the Python of {PYTHON_VARIABLE}"
-)
-BUILDER = Path(__file__).with_name("blender_builder.py")
-NAMES = [joint_name(body, MIXAMO) for body in BODY_NAMES]
-FINGER = "LeftHandIndex1"
-CENTIMETRES_Y_UP = 0.01 * np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # of an armature, to metres and Z up
 
 
 def pose(rotation: Rotation, position: tuple[float, float, float]) -> np.ndarray:
@@ -195,57 +187,10 @@ def test_files_that_are_missing_empty_or_too_large_are_refused(tmp_path: Path, m
         read_scene(tmp_path / "some.glb")
 
 
-def run_builder(*arguments: object) -> None:
-    """Run the builder in the Python with Blender."""
-    done = subprocess.run([PYTHON, "-I", str(BUILDER), *map(str, arguments)], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-
-
-def build(folder: Path, motion: BodyMotion, outs: list[str], **changes: Any) -> list[Path]:
-    """Have Blender build and export a skinned figure that moves as the 20 bodies, with a finger that bends by a degree a frame."""
-    positions, rotations = body_poses(motion)
-    still = np.tile((1.0, 0.0, 0.0, 0.0), (len(BODY_NAMES), 1))
-    heads = forward_kinematics(SKELETON.parents, SKELETON.offsets, still)[0] + (0.0, 0.0, STANDING)
-    hand, ahead = BODY_NAMES.index("hand_l"), np.array([0.0, 0.08, 0.0])
-    bent = from_axis_angle(np.tile((1.0, 0.0, 0.0), (len(motion), 1)), -np.radians(np.arange(len(motion)) % 60.0))
-    places = positions[:, hand] + np.einsum("tij,j->ti", to_matrix(rotations[:, hand]), ahead)
-    spec = {
-        "names": [*NAMES, FINGER],
-        "parents": [*SKELETON.parents, hand],
-        "heads": np.concat([heads, [heads[hand] + ahead]]),
-        "positions": np.concat([positions, places[:, None]], axis=1),
-        "rotations": to_matrix(np.concat([rotations, multiply(rotations[:, hand], bent)[:, None]], axis=1)),
-        "fps": motion.fps,
-        "place": np.eye(4),
-        "axes": "-Z Y",
-        "figures": ["Figure"],
-        "all_takes": False,
-    }
-    np.savez(folder / "spec.npz", **(spec | changes))
-    paths = [folder / out for out in outs]
-    run_builder("build", folder / "spec.npz", *paths)
-    return paths
-
-
-def inspect(path: Path) -> tuple[dict[str, Any], np.ndarray, np.ndarray]:
-    """Return what a file holds, the centre of the skin around each joint (T, joints, 3), and the place of another object (T, 3)."""
-    facts = path.with_suffix(".npz")
-    run_builder("inspect", path, facts)
-    with np.load(facts, allow_pickle=False) as told:
-        return json.loads(str(told["told"])), told["centres"], told["ball"]
-
-
 def joint_places(bvh: Bvh) -> np.ndarray:
     """Return the places of the 20 joints in the file (T, 20, 3)."""
     positions, _ = forward_kinematics(bvh.parents, *local_pose(bvh))
     return positions[:, [bvh.names.index(name) for name in NAMES]]
-
-
-def place_in_centimetres() -> np.ndarray:
-    """Return the matrix of an armature in centimetres and Y up that stands aside."""
-    place = np.eye(4)
-    place[:3, :3], place[:3, 3] = CENTIMETRES_Y_UP, (0.3, 0.2, 0.1)
-    return place
 
 
 @needs_blender
@@ -282,7 +227,7 @@ def test_a_changed_motion_moves_the_mesh_and_leaves_the_rest(suffix: str, tmp_pa
     changed = replace(bvh, values=channel_values(bvh, positions, rotations))
     out = tmp_path / "elsewhere" / f"clean{suffix}"
     out.parent.mkdir()
-    write_scene(out, changed, source)
+    assert len(write_scene(out, changed, source)) == 1
     assert source.read_bytes() == recorded
     assert [path.name for path in out.parent.iterdir()] == [out.name]  # a glTF, too, is one file
     again = read_scene(out)
@@ -304,7 +249,13 @@ def test_figures_of_a_file_are_told_and_chosen(tmp_path: Path) -> None:
     both = read_scene(source)
     assert len(both.notices) == 1
     assert "1 (Anna), 2 (Bert)" in both.notices[0]
-    assert read_scene(source, figure=2).notices == ()
+    bert = read_scene(source, figure=2)
+    assert bert.notices == ()
+    out = tmp_path / "clean.glb"
+    write_scene(out, replace(bert, values=bert.values + np.eye(len(bert.values[0]))[2]), source)  # a metre up
+    lifted = joint_places(read_scene(out, figure=2)) - joint_places(bert)
+    np.testing.assert_allclose(lifted, np.broadcast_to((0.0, 0.0, 1.0), lifted.shape), atol=1e-4)
+    np.testing.assert_allclose(joint_places(read_scene(out, figure=1)), joint_places(bert), atol=1e-4)  # who stood in the same place
     with pytest.raises(InputError, match="figure 3 is none"):
         read_scene(source, figure=3)
 

@@ -1,0 +1,56 @@
+"""``eval.clean`` and ``datasets.describe`` of FBX and glTF files, with and without Blender."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from datasets.describe import cli as describe
+from datasets.formats.blender_scene import PYTHON_VARIABLE, read_scene
+from datasets.formats.bvh import read_bvh
+from eval.clean import cli as clean
+from tests.builders import lively
+from tests.datasets.formats.blender_scenes import FINGER, build, inspect, needs_blender
+from tests.eval.clean.clean_parts import saved, shrink_search
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows does not run scripts by their first line")
+@pytest.mark.parametrize("suffix", [".fbx", ".glb", ".gltf"])
+def test_without_blender_a_line_says_how_to_install_it(
+    suffix: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "python").write_text(f"#!{sys.executable}\nimport sys\nsys.exit(3)\n")
+    (tmp_path / "python").chmod(0o755)
+    monkeypatch.setenv(PYTHON_VARIABLE, str(tmp_path / "python"))
+    file, out = tmp_path / f"walk{suffix}", tmp_path / f"clean{suffix}"
+    file.write_bytes(b"scene")
+    shrink_search(monkeypatch)
+    arguments = [str(file), "--out", str(out), "--policy", str(saved(tmp_path)), "--threads", "1"]
+    for command, given in ((describe.main, [str(file)]), (clean.main, arguments)):
+        code, told = command(given), capsys.readouterr().err.split("\n")
+        told = [line for line in told if line]  # where there is no terminal, the bar of progress leaves an empty one
+        assert (code, len(told)) == (2, 1)
+        assert "pip install bpy==" in told[0]
+    assert not out.exists()
+
+
+@needs_blender
+def test_a_scene_is_cleaned_in_its_own_format_another_or_as_bvh(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shrink_search(monkeypatch)
+    (source,) = build(tmp_path, lively(standing=40, moving=20), ["walk.fbx"])
+    recorded = read_scene(source)
+    for suffix in (".fbx", ".glb", ".bvh"):
+        out = tmp_path / f"clean{suffix}"
+        arguments = [str(source), "--out", str(out), "--policy", str(saved(tmp_path)), "--threads", "1", "--without", "restore"]
+        assert clean.main(arguments) == 0, capsys.readouterr().err
+        cleaned = read_bvh(out) if suffix == ".bvh" else read_scene(out)
+        assert set(cleaned.names) == set(recorded.names)
+        assert FINGER in cleaned.names
+        assert len(cleaned.values) == len(recorded.values)
+        if suffix != ".bvh":
+            facts, skin, _ = inspect(out)
+            assert np.ptp(skin[:, facts["groups"].index("Hips")], axis=0).max() > 0.5  # m: it flies
+    assert "read as: Z up, m, 60 fps" in capsys.readouterr().out
