@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 from configs.errors import InputError
 from datasets.formats.asf_parser import Bone, Skeleton, is_degrees, open_acclaim, parse_asf
 from datasets.formats.bvh import Bvh, Stated, bvh_from_pose, depth_first
-from datasets.formats.bvh_rows import MAX_VALUES, Frames, fill_missing_values
+from datasets.formats.bvh_rows import MAX_VALUES, UNFINISHED_NUMBER, Frames, fill_missing_values
 from datasets.formats.bvh_text import MAX_MAGNITUDE, Reader, quote
 
 ASF_SUFFIX = ".asf"
@@ -142,11 +142,12 @@ class _FrameRows:
         if bone is None or bone in self.frame:
             self.problem = (f"{quote(words[0])} is no bone of the skeleton, or stands twice in its frame", self.reader.number)
             return
-        width = len(self.skeleton.bones[bone].freedom)
-        if len(words) - 1 != width:
-            self.problem = (f"{len(words) - 1} values where bone {quote(words[0])} should have {width}", self.reader.number)
+        width, unfinished = len(self.skeleton.bones[bone].freedom), UNFINISHED_NUMBER.fullmatch(words[-1])
+        values = self.reader.reals(words[1:-1] if unfinished else words[1:])
+        if len(values) != width:
+            self.problem = (f"{len(values)} values where bone {quote(words[0])} should have {width}", self.reader.number)
             return
-        self.frame[bone] = self.reader.reals(words[1:])
+        self.frame[bone] = values
 
     def close(self) -> None:
         """Add the frame that was read; fail unless it holds the bones of the first."""
@@ -191,6 +192,8 @@ def _read_frames(reader: Reader, skeleton: Skeleton) -> tuple[list[int], Frames]
         reader.fail(told, rows.lines[wild[0, 0]])
     if (np.diff(np.array(rows.numbers)) != 1).any():
         reader.notices.append("The numbers of the frames have gaps or repeat; the frames were taken one after the other.")
+    if reader.decimal_comma:
+        reader.notices.append("Numbers have decimal commas: '1,5' was read as 1.5.")
     return rows.order, Frames(values, np.array(rows.lines))
 
 

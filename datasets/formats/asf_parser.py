@@ -56,10 +56,6 @@ class Skeleton:
     degrees: bool = True
     position: Vector = _NO_VECTOR
 
-    def find(self, name: str) -> int | None:
-        """Return the index of a bone by its name, in upper or lower case."""
-        return next((index for index, bone in enumerate(self.bones) if bone.name.lower() == name.lower()), None)
-
 
 @contextmanager
 def open_acclaim(path: Path, kind: str) -> Iterator[Reader]:

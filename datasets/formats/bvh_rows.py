@@ -12,7 +12,7 @@ from datasets.formats.bvh_text import MAX_MAGNITUDE, Reader, quote
 MAX_VALUES = 2**25  # of all channels, 256 MiB in memory
 MAX_GAP_S = 1.0  # of frames on end that are filled between their neighbours
 _MAX_LISTED = 6  # spans of frames in a notice
-_UNFINISHED = re.compile(r"[+-]?(\d*\.?\d*e[+-]?|\.)?", re.IGNORECASE)  # number that the end of the file cuts off
+UNFINISHED_NUMBER = re.compile(r"[+-]?(\d*\.?\d*e[+-]?|\.)?", re.IGNORECASE)  # that the end of the file cuts off
 
 
 class Frames(NamedTuple):
@@ -72,7 +72,7 @@ def _read_rows(reader: Reader) -> _Rows:
     while words := reader.more():
         if unfinished:
             reader.fail(f"{quote(unfinished)} is not a number", lines[-1])
-        if _UNFINISHED.fullmatch(words[-1]):
+        if UNFINISHED_NUMBER.fullmatch(words[-1]):
             unfinished = words.pop()
         values.extend(reader.reals(words))
         ends.append(len(values))

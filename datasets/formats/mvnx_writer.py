@@ -1,5 +1,6 @@
 """Writing of MVNX: a copy of the recorded file with other positions and orientations of its segments, and everything else as it was."""
 
+import re
 from pathlib import Path
 from xml.parsers import expat
 
@@ -13,6 +14,8 @@ from datasets.motion.skeleton import forward_kinematics
 
 DECIMALS = 6  # of written numbers [m, components of quaternions], as Xsens' software has them
 MAX_ENCODING_BYTES = 100  # at the start of a file, in which text of two bytes a character shows
+MAX_RATE_ERROR = 1e-4  # of the rate, up to which it is the recorded one
+_RATE = "frameRate"
 _REPLACED = ("position", "orientation")
 
 
@@ -40,11 +43,14 @@ def write_mvnx(path: Path, bvh: Bvh, source: Path) -> tuple[str, ...]:
     positions, orientations = (part[:, order] for part in forward_kinematics(bvh.parents, *local_pose(bvh)))
     orientations = orientations * np.where(np.sum(orientations * recorded.orientations, axis=-1, keepdims=True) < 0.0, -1.0, 1.0)
     data = source.read_bytes()
-    rows = {"position": _rows(positions), "orientation": _rows(orientations)}
+    rate = f"{1.0 / bvh.frame_time:.6g}" if abs(bvh.frame_time * recorded.fps - 1.0) > MAX_RATE_ERROR else None
+    rows = {"position": _rows(positions), "orientation": _rows(orientations), _RATE: [rate.encode("ascii")] if rate else []}
     try:
         with atomic_write(path) as temporary, temporary.open("wb") as file:
             end = 0
             for tag, frame, start, stop in _spans(data, source):
+                if tag == _RATE and rate is None:
+                    continue
                 file.write(data[end:start])
                 file.write(rows[tag][frame])
                 end = stop
@@ -61,7 +67,7 @@ def _rows(table: np.ndarray) -> list[bytes]:
 
 
 class _Spans:
-    """Handlers of an expat parser that collect where the texts of positions and orientations stand in a file."""
+    """Handlers of an expat parser that collect where the rate and the texts of positions and orientations stand in a file."""
 
     def __init__(self, data: bytes) -> None:
         """Begin before the file's first byte."""
@@ -75,6 +81,9 @@ class _Spans:
         self.path.append(name.rpartition(":")[2])
         if self.path == ["mvnx", "subject"]:
             self.subjects += 1
+            if self.subjects == 1:
+                found = re.compile(rb"""\sframeRate\s*=\s*(["'])([^"']*)\1""").search(self.data, self.parser.CurrentByteIndex)
+                self.found += [(_RATE, 0, *found.span(2))] if found else []
         if self.path == ["mvnx", "subject", "frames", "frame"]:
             self.normal = self.subjects == 1 and attributes.get("type", "normal") == "normal"
             self.frame += self.normal
@@ -87,7 +96,12 @@ class _Spans:
 
 
 def _spans(data: bytes, source: Path) -> list[tuple[str, int, int, int]]:
-    """Return tag, frame, first byte and end of the text of each position and orientation of the frames of a checked file, in its order."""
+    """Return tag, frame, first byte and end of the text of the rate and of all frames' positions and orientations, in the file's order.
+
+    Args:
+        data: Contents of a checked file.
+        source: Its name.
+    """
     if b"\0" in data[:MAX_ENCODING_BYTES]:
         raise InputError(f"{source}: is UTF-16 text; save it as UTF-8 to write MVNX, or write a BVH file")
     spans = _Spans(data)

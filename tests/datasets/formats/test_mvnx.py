@@ -13,58 +13,12 @@ from datasets.imu.sensor_model import SENSOR_BODIES
 from datasets.library.sources import find_motion_files, load_clips, load_source_motions
 from datasets.motion.humanoid import BODY_NAMES
 from eval.metrics.artefacts import mean_distance_local_mm
-
-# Segment, parent, origin [m] of someone in a T-pose who faces x. The leg is 0.50 + 0.5375 m, ours is 0.83: scale 0.8, hips as well
-SEGMENTS: dict[str, tuple[str, tuple[float, float, float]]] = {
-    "Pelvis": ("", (0, 0, 1.1)), "L5": ("Pelvis", (0, 0, 1.2)), "L3": ("L5", (0, 0, 1.3)), "T12": ("L3", (0, 0, 1.4)),
-    "T8": ("T12", (0, 0, 1.5)), "Neck": ("T8", (0, 0, 1.7)), "Head": ("Neck", (0, 0, 1.8)),
-    "RightShoulder": ("T8", (0, -0.03, 1.65)), "RightUpperArm": ("RightShoulder", (0, -0.2, 1.65)),
-    "RightForeArm": ("RightUpperArm", (0, -0.5, 1.65)), "RightHand": ("RightForeArm", (0, -0.8, 1.65)),
-    "LeftShoulder": ("T8", (0, 0.03, 1.65)), "LeftUpperArm": ("LeftShoulder", (0, 0.2, 1.65)),
-    "LeftForeArm": ("LeftUpperArm", (0, 0.5, 1.65)), "LeftHand": ("LeftForeArm", (0, 0.8, 1.65)),
-    "RightUpperLeg": ("Pelvis", (0, -0.1125, 1.1)), "RightLowerLeg": ("RightUpperLeg", (0, -0.1125, 0.6)),
-    "RightFoot": ("RightLowerLeg", (0, -0.1125, 0.0625)), "RightToe": ("RightFoot", (0.15, -0.1125, 0.02)),
-    "LeftUpperLeg": ("Pelvis", (0, 0.1125, 1.1)), "LeftLowerLeg": ("LeftUpperLeg", (0, 0.1125, 0.6)),
-    "LeftFoot": ("LeftLowerLeg", (0, 0.1125, 0.0625)), "LeftToe": ("LeftFoot", (0.15, 0.1125, 0.02)),
-}  # fmt: skip
-QUARTER = "0.70710678 0 0 0.70710678"  # a quarter turn to the left, so that someone who faces x faces y
-
-
-def _frame(index: int, sensors: str, kind: str = "normal") -> str:
-    """Return a frame of the T-pose turned to face y: (x, y) is at (-y, x)."""
-    places = " ".join(f"{-y} {x} {z}" for _, (x, y, z) in SEGMENTS.values())
-    return (
-        f'<frame index="{index}" type="{kind}"><orientation>{" ".join([QUARTER] * 23)}</orientation>'
-        f"<position>{places}</position><sensorFreeAcceleration>{sensors}</sensorFreeAcceleration></frame>"
-    )
-
-
-def _text(frames: str, head: str = "", sensors: tuple[str, ...] = ("Pelvis", "LeftHand"), rate: str = "50") -> str:
-    segments = "".join(f'<segment label="{name}"><points><point><pos_b>0 0 0.1</pos_b></point></points></segment>' for name in SEGMENTS)
-    joints = "".join(
-        f'<joint label="j{name}"><connector1>{parent}/j</connector1><connector2>{name}/j</connector2></joint>'
-        for name, (parent, _) in SEGMENTS.items()
-        if parent
-    )
-    listed = "".join(f'<sensor label="{name}"/>' for name in sensors)
-    return (
-        f'<?xml version="1.0"?>{head}<mvnx xmlns="http://www.xsens.com/mvn/mvnx"><subject frameRate="{rate}">'
-        f"<segments>{segments}</segments><sensors>{listed}</sensors><joints>{joints}</joints><frames>{frames}</frames></subject></mvnx>"
-    )
-
-
-THREE = _frame(0, "0 2 0.5 7 8 9") + _frame(1, "1 2 0.5 7 8 9") + _frame(2, "2 2 0.5 7 8 9")
-
-
-def _file(folder: Path, text: str) -> Path:
-    file = folder / "clip.mvnx"
-    file.write_text(text)
-    return file
+from tests.datasets.formats.mvnx_files import QUARTER, SEGMENTS, THREE, mvnx_frame, mvnx_text, write_mvnx_file
 
 
 def test_accelerations_are_turned_and_scaled_as_the_clip_is(tmp_path: Path) -> None:
-    tpose = _frame(0, "0 0 0 0 0 0", "tpose")  # calibration frames are no motion
-    recording = read_imu_recording(_file(tmp_path, _text(tpose + THREE)))
+    tpose = mvnx_frame(0, "0 0 0 0 0 0", "tpose")  # calibration frames are no motion
+    recording = read_imu_recording(write_mvnx_file(tmp_path, mvnx_text(tpose + THREE)))
     assert (len(recording.motion), recording.motion.fps, recording.motion.system) == (3, 50.0, "imu")
     assert recording.measured == ("pelvis", "hand_l")
     # Facing y became facing x, a quarter turn to the right: (x, y) is at (y, -x). The pelvis' x of 0, 1, 2 at 50 Hz is
@@ -78,14 +32,14 @@ def test_accelerations_are_turned_and_scaled_as_the_clip_is(tmp_path: Path) -> N
 
 
 def test_the_pose_is_that_of_the_file(tmp_path: Path) -> None:
-    motion = read_imu_recording(_file(tmp_path, _text(THREE))).motion
+    motion = read_imu_recording(write_mvnx_file(tmp_path, mvnx_text(THREE))).motion
     identity = np.tile([1.0, 0.0, 0.0, 0.0], (3, 20, 1))
     np.testing.assert_allclose(np.abs(motion.local_rotations), identity, atol=1e-6)
     np.testing.assert_allclose(motion.root_position[:, :2], 0.0, atol=1e-6)
 
 
 def test_segments_rate_and_tips_are_read(tmp_path: Path) -> None:
-    found = read_mvnx(_file(tmp_path, _text(THREE)))
+    found = read_mvnx(write_mvnx_file(tmp_path, mvnx_text(THREE)))
     assert (found.segments, found.sensors, found.fps) == (tuple(SEGMENTS), ("Pelvis", "LeftHand"), 50.0)
     assert found.parents[:5] == (-1, 0, 1, 2, 3) and found.segments[found.parents[15]] == "Pelvis"
     np.testing.assert_array_equal(found.end_offsets[found.segments.index("Head")], [0.0, 0.0, 0.1])
@@ -95,10 +49,10 @@ def test_segments_rate_and_tips_are_read(tmp_path: Path) -> None:
 def test_a_document_type_is_refused_unless_it_is_commented_out(tmp_path: Path) -> None:
     bomb = '<!DOCTYPE mvnx [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;&a;">]>'
     with pytest.raises(InputError, match=r"clip.mvnx: holds a document type 'mvnx'"):
-        read_mvnx(_file(tmp_path, _text(THREE, bomb)))
+        read_mvnx(write_mvnx_file(tmp_path, mvnx_text(THREE, bomb)))
     with pytest.raises(InputError, match="document type"):
-        read_mvnx(_file(tmp_path, _text(THREE, '<!DOCTYPE mvnx SYSTEM "file:///etc/passwd">')))
-    assert len(read_mvnx(_file(tmp_path, _text(THREE, '<!-- <!DOCTYPE mvnx SYSTEM "x"> -->'))).positions) == 3
+        read_mvnx(write_mvnx_file(tmp_path, mvnx_text(THREE, '<!DOCTYPE mvnx SYSTEM "file:///etc/passwd">')))
+    assert len(read_mvnx(write_mvnx_file(tmp_path, mvnx_text(THREE, '<!-- <!DOCTYPE mvnx SYSTEM "x"> -->'))).positions) == 3
 
 
 @pytest.mark.parametrize(
@@ -106,26 +60,29 @@ def test_a_document_type_is_refused_unless_it_is_commented_out(tmp_path: Path) -
     [
         ("no xml at all", "not an MVNX file"),
         ("<bvh/>", "its root is <bvh> and should be <mvnx>"),
-        (_text(THREE, rate="fast"), "frameRate 'fast' should be a number from 1 to 1000"),
-        (_text(""), "no frames of type 'normal'"),
-        (_text(_frame(0, "1 2 3")), "frame 0, <sensorFreeAcceleration>: 3 words, should be 6 finite numbers"),
-        (_text(_frame(0, "1 2 3 4 5 nan")), "frame 0, <sensorFreeAcceleration>: 6 words, should be 6 finite numbers"),
-        (_text(_frame(0, "1 2 3 4 5 x")), "should be 6 finite numbers"),
-        (_text(_frame(0, "0 0 0 0 0 0") + _frame(2, "0 0 0 0 0 0")), "frame index 2 stands where 1 should"),
-        (_text(THREE.replace("sensorFreeAcceleration", "sensorAcceleration")), "no sensor on the pelvis among none"),
-        (_text(_frame(0, "0 0 0 0 0 0") + _frame(1, "0 0 0 0 0 0").replace("sensorFreeAcceleration", "x")), "frame 1 lacks <sensorFreeAcc"),
-        (_text(THREE.replace(QUARTER, "2 0 0 0", 1)), "frame 0: orientation of 'Pelvis' should be a quaternion of length 1"),
-        (_text(THREE, sensors=("Pelvis", "Hat")), "sensor 'Hat' sits on no segment"),
-        (_text(THREE, sensors=("Pelvis", "Pelvis")), "2 sensors; 1 to 100 with labels of their own"),
-        (_text(THREE).replace("<connector1>T8/j", "<connector1>Wing/j", 1), "joint 'jNeck' connects 'Wing' and 'Neck'"),
-        (_text(THREE).replace("<connector1>Pelvis/j", "<connector1>T8/j", 1), "segment 'L5' should hang under one listed before it"),
-        (_text(THREE, sensors=("T8", "LeftHand")), "no sensor on the pelvis among T8, LeftHand"),
-        (_text(THREE).replace("Leg", "Fin"), "no joint found for pelvis, thigh_l"),
+        (mvnx_text(THREE, rate="fast"), "frameRate 'fast' should be a number from 1 to 1000"),
+        (mvnx_text(""), "no frames of type 'normal'"),
+        (mvnx_text(mvnx_frame(0, "1 2 3")), "frame 0, <sensorFreeAcceleration>: 3 words, should be 6 finite numbers"),
+        (mvnx_text(mvnx_frame(0, "1 2 3 4 5 nan")), "frame 0, <sensorFreeAcceleration>: 6 words, should be 6 finite numbers"),
+        (mvnx_text(mvnx_frame(0, "1 2 3 4 5 x")), "should be 6 finite numbers"),
+        (mvnx_text(mvnx_frame(0, "0 0 0 0 0 0") + mvnx_frame(2, "0 0 0 0 0 0")), "frame index 2 stands where 1 should"),
+        (mvnx_text(THREE.replace("sensorFreeAcceleration", "sensorAcceleration")), "no sensor on the pelvis among none"),
+        (
+            mvnx_text(mvnx_frame(0, "0 0 0 0 0 0") + mvnx_frame(1, "0 0 0 0 0 0").replace("sensorFreeAcceleration", "x")),
+            "frame 1 lacks <sensorFreeAcc",
+        ),
+        (mvnx_text(THREE.replace(QUARTER, "2 0 0 0", 1)), "frame 0: orientation of 'Pelvis' should be a quaternion of length 1"),
+        (mvnx_text(THREE, sensors=("Pelvis", "Hat")), "sensor 'Hat' sits on no segment"),
+        (mvnx_text(THREE, sensors=("Pelvis", "Pelvis")), "2 sensors; 1 to 100 with labels of their own"),
+        (mvnx_text(THREE).replace("<connector1>T8/j", "<connector1>Wing/j", 1), "joint 'jNeck' connects 'Wing' and 'Neck'"),
+        (mvnx_text(THREE).replace("<connector1>Pelvis/j", "<connector1>T8/j", 1), "segment 'L5' should hang under one listed before it"),
+        (mvnx_text(THREE, sensors=("T8", "LeftHand")), "no sensor on the pelvis among T8, LeftHand"),
+        (mvnx_text(THREE).replace("Leg", "Fin"), "no joint found for pelvis, thigh_l"),
     ],
 )
 def test_what_is_broken_is_named(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(InputError, match=message) as caught:
-        read_imu_recording(_file(tmp_path, text))
+        read_imu_recording(write_mvnx_file(tmp_path, text))
     assert "clip.mvnx" in str(caught.value) and "\n" not in str(caught.value)
 
 
@@ -134,7 +91,7 @@ def test_a_file_that_is_not_there_or_too_large_is_named(tmp_path: Path, monkeypa
         read_mvnx(tmp_path / "nowhere.mvnx")
     monkeypatch.setattr(mvnx, "MAX_BYTES", 10)
     with pytest.raises(InputError, match="export a shorter clip"):
-        read_mvnx(_file(tmp_path, _text(THREE)))
+        read_mvnx(write_mvnx_file(tmp_path, mvnx_text(THREE)))
 
 
 @pytest.mark.shared_data
@@ -153,7 +110,7 @@ def test_the_real_file_is_its_bvh_twin_with_accelerations(shared_data: Path) -> 
 
 
 def test_a_motion_source_prefers_the_file_with_accelerations(tmp_path: Path) -> None:
-    _file(tmp_path, _text(THREE))
+    write_mvnx_file(tmp_path, mvnx_text(THREE))
     (tmp_path / "clip.bvh").write_text("whatever")
     (one,) = load_source_motions(tmp_path)
     assert find_motion_files(tmp_path) == [tmp_path / "clip.mvnx"]
