@@ -71,7 +71,7 @@ def test_no_whole_file_at_all_is_an_error(tmp_path: Path) -> None:
 def test_sources_that_are_none_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"nowhere: no such file or folder.*'synthetic'"):
         find_motion_files(tmp_path / "nowhere")
-    with pytest.raises(InputError, match="no BVH, MVNX or AMC file here or below"):
+    with pytest.raises(InputError, match="no BVH, MVNX, AMC, FBX, GLB or GLTF file here or below"):
         find_motion_files(tmp_path)
 
 
