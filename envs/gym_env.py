@@ -26,7 +26,7 @@ from envs.vector_env import AdaptMimicVectorEnv
 
 @lru_cache(maxsize=4)
 def load_motion_library(motions: str) -> MotionLibrary:
-    """Return the packed clips of a motion source: a BVH file, a folder of BVH files, or the word ``synthetic``."""
+    """Return the packed clips of a motion source: a motion file, a folder of them, or the word ``synthetic``."""
     return MotionLibrary.from_clips([clip for clip in load_clips(motions) if clip.kind not in ROUGH_GROUND_KINDS])
 
 

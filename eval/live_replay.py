@@ -22,7 +22,7 @@ DEFAULT_HEIGHT_CM = 171  # of one of the paper's users
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; return the exit code."""
     made = argparse.ArgumentParser(prog="python -m eval.live_replay", description="Play a clip to the live service, without hardware.")
-    made.add_argument("source", metavar="CLIP", help="a BVH or MVNX file, a folder of them, or 'synthetic'")
+    made.add_argument("source", metavar="CLIP", help="a motion file, a folder of them, or 'synthetic'")
     made.add_argument("--name", metavar="CLIP", help="which clip, where the source holds several (default: the longest)")
     made.add_argument("--host", default=DEFAULT_HOST, help=f"where the service is (default: {DEFAULT_HOST})")
     made.add_argument("--port", type=int, default=DEFAULT_PORT, help=f"port of the service (default: {DEFAULT_PORT})")

@@ -70,13 +70,18 @@ def find_skeleton(path: Path) -> Path:
     Raises:
         InputError: If there is none, or there are several and none has the file's subject.
     """
-    skeletons = sorted(file for file in path.absolute().parent.iterdir() if file.suffix.lower() == ASF_SUFFIX and file.is_file())
+    skeletons = skeletons_beside(path)
     stem = path.stem.lower()
     fitting = [file for file in skeletons if stem.startswith(own := file.stem.lower()) and not stem[len(own) : len(own) + 1].isalnum()]
     if fitting or len(skeletons) == 1:
         return max(fitting or skeletons, key=lambda file: len(file.stem))
     there = f"none of {len(skeletons)} ASF files beside it begins its name" if skeletons else "there is no ASF file beside it"
     raise InputError(f"{path}: {there}; name its skeleton, such as '--skeleton {path.with_suffix(ASF_SUFFIX).name}'")
+
+
+def skeletons_beside(path: Path) -> list[Path]:
+    """Return the ASF files in a file's folder, sorted."""
+    return sorted(file for file in path.absolute().parent.iterdir() if file.suffix.lower() == ASF_SUFFIX and file.is_file())
 
 
 def _rate(path: Path, given: float | None) -> tuple[float, list[str]]:

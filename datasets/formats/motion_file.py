@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from configs.errors import InputError
-from datasets.formats.asf_amc import read_asf_amc
+from datasets.formats.asf_amc import read_asf_amc, skeletons_beside
 from datasets.formats.blender_scene import SCENE_SUFFIXES, read_scene, write_scene
 from datasets.formats.bvh import Bvh, read_bvh, write_bvh
 from datasets.formats.mvnx import read_mvnx_as_bvh
@@ -32,6 +32,11 @@ _WRITERS: dict[str, Callable[[Path, Bvh, Path], tuple[str, ...]]] = {
 def is_motion_file(path: Path) -> bool:
     """Return whether a file's name is that of a motion file that can be read."""
     return path.suffix.lower() in READABLE_SUFFIXES
+
+
+def files_beside(path: Path) -> list[Path]:
+    """Return the files that reading a motion file may depend on: the skeletons beside an AMC file."""
+    return skeletons_beside(path) if path.suffix.lower() == AMC_SUFFIX else []
 
 
 def can_write(path: Path, source: Path) -> bool:

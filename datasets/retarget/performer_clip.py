@@ -206,7 +206,7 @@ def _find_unit(leg: float, height: float) -> float:
 
 def name_of_unit(metres: float) -> str:
     """Return the name of a unit of ``metres``, or its length."""
-    return next((name for name, length in METRES_PER_UNIT.items() if length == metres), f"{metres:g} m")
+    return next((name for name, length in METRES_PER_UNIT.items() if abs(length / metres - 1.0) < 1e-4), f"{metres:g} m")
 
 
 def _unit_notices(unit: float, leg: float) -> list[str]:

@@ -111,9 +111,10 @@ def clean_files(
             if isinstance(failure, JointMapError) and failure.draft not in drafts:  # one for all clips of the same skeleton
                 drafts.add(failure.draft)
                 error = save_draft(failure, file.stem, Path())
+            told = f"{error}" if str(file) in str(error) else f"{file}: {error}"
             if source.is_file():
-                raise InputError(f"{error}" if str(file) in str(error) else f"{file}: {error}") from failure
-            console.print(escape(f"{file}: {error}; left out"))
+                raise InputError(told) from failure
+            console.print(escape(f"{told}; left out"))
             num_failed += 1
             continue
         console.print(escape(_line(file, out, cleaned, time.monotonic() - begin, written)))

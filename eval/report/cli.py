@@ -76,7 +76,7 @@ def main(arguments: list[str] | None = None, prog: str = "python -m eval.report"
     parser.add_argument("--run", type=Path, required=True, help="a run's folder, such as runs/mixed, or a policy's file")
     parser.add_argument("--out", type=Path, required=True, help="folder for report.json and index.html")
     parser.add_argument(
-        "--motions", nargs="+", action="extend", help="BVH or MVNX files, folders of them, or 'synthetic'; the held-out clips by default"
+        "--motions", nargs="+", action="extend", help="motion files, folders of them, or 'synthetic'; the held-out clips by default"
     )
     options = parser.parse_args(arguments)
     return run_command(lambda: _run(options))

@@ -107,13 +107,21 @@ def _files_of(config: DataConfig, performer: str) -> list[Path]:
 
 
 def _read(files: list[Path], config: DataConfig, log: Callable[[str], None]) -> list[SourceMotion]:
-    """Return the clips of files, with unique names."""
+    """Return the clips of files, with unique names; of several files broken ones are left out, with a line."""
     mapping = read_mapping(config.mapping) if config.mapping else None
     clips = []
     for number, (file, name) in enumerate(zip(files, unique_names(files), strict=True), start=1):
         log(f"reading {number}/{len(files)} {file}")
-        (one,) = load_source_motions(file, mapping)
+        try:
+            (one,) = load_source_motions(file, mapping)
+        except InputError as error:
+            if len(files) == 1:
+                raise
+            log(f"{error}; left out")
+            continue
         clips.append(replace(one, clip=replace(one.clip, name=name)))
+    if not clips and files:
+        raise InputError(f"none of {len(files)} motion files can be read, see above")
     return clips
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from agents.weights.pretrained import WEIGHTS_FOLDER
 from configs.source_code import PROJECT_ROOT, imported_files
+from datasets.formats.motion_file import files_beside
 from datasets.library.sources import SYNTHETIC_SOURCE, find_motion_files, read_index
 
 
@@ -25,6 +26,7 @@ def fingerprint(settings: Mapping[str, object], source: str, mapping: str, modul
     digest.update(", ".join(f"{name} {version(name)}" for name in ("mujoco", "numpy", "scipy", "torch", "vqf")).encode())
     files, folder = find_motion_files(source) if source != SYNTHETIC_SOURCE else [], Path(source)
     named = {str(file.relative_to(folder) if folder.is_dir() else file.name): file for file in files}
+    named |= {f"{beside.parent.name}/{beside.name}": beside for file in files for beside in files_beside(file)}
     named |= {file.relative_to(root).as_posix(): file for file in imported_files(module_name, root=root)}
     weights = sorted(WEIGHTS_FOLDER.glob("*.safetensors"))  # roots may be a model's
     named |= {file.name: file for file in [*weights, Path(mapping)] if file.is_file()}

@@ -13,7 +13,7 @@ class SourceConfig:
     """Motion source and held-out performer, which the ``data`` of every training's config has.
 
     Attributes:
-        motions: Motion source: a BVH or MVNX file, a folder of them, or "synthetic".
+        motions: Motion source: a motion file, a folder of them, or "synthetic".
         synthetic_sets: Number of sets of synthetic people beside the source, of four people each.
         mapping: File that names the joints of a skeleton whose joints cannot be found; none if empty.
         holdout: Performer kept out of training for model selection; "auto" picks one, "none" selects on the training clips.

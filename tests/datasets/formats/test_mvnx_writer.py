@@ -32,14 +32,14 @@ def test_a_clip_has_the_segments_poses(tmp_path: Path) -> None:
 
 
 def test_segments_in_another_order_hang_as_they_are_connected(tmp_path: Path) -> None:
-    names = list(SEGMENTS)
-    text = mvnx_text(THREE)
-    arm, leg = (f'<segment label="{name}">' for name in ("RightShoulder", "RightUpperLeg"))
-    assert names.index("RightShoulder") < names.index("RightUpperLeg")
-    swapped = text.replace(arm, "*").replace(leg, arm).replace("*", leg)  # the leg's upper end is now listed before its parent's others
-    assert read_motion_file(write_mvnx_file(tmp_path, text)).names != read_mvnx(write_mvnx_file(tmp_path, swapped)).segments
-    bvh = read_motion_file(write_mvnx_file(tmp_path, swapped))
-    assert bvh.names[bvh.parents[bvh.names.index("RightLowerLeg")]] == "RightUpperLeg"
+    toe, leg = (f'<segment label="{name}">' for name in ("RightToe", "LeftUpperLeg"))
+    file = write_mvnx_file(tmp_path, mvnx_text(THREE).replace(toe, "*").replace(leg, toe).replace("*", leg))  # listed side by side
+    bvh = read_motion_file(file)
+    assert read_mvnx(file).segments[17:20] == ("RightFoot", "LeftUpperLeg", "RightToe")
+    assert bvh.names[17:20] == ("RightFoot", "RightToe", "LeftUpperLeg")
+    assert [bvh.names[bvh.parents[joint]] for joint in (18, 19)] == ["RightFoot", "Pelvis"]
+    write_motion_file(tmp_path / "out.mvnx", bvh, file)
+    np.testing.assert_allclose(read_mvnx(tmp_path / "out.mvnx").positions, read_mvnx(file).positions, atol=2e-6)
 
 
 def test_a_file_without_accelerations_is_a_clip(tmp_path: Path) -> None:

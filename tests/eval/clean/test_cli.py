@@ -12,12 +12,16 @@ import pytest
 from configs.errors import InputError
 from configs.source_code import PROJECT_ROOT
 from datasets.formats.bvh import Bvh, read_bvh, write_bvh
+from datasets.formats.motion_file import read_motion_file
+from datasets.formats.mvnx import read_mvnx
 from datasets.motion.clip import BodyMotion
 from eval.clean import believed_root
 from eval.clean import cli as clean
 from eval.clean.pipeline import CleaningPipeline
 from eval.clean.result import CleaningResult
 from tests.builders import as_bvh, in_axes, posed, write_two_figures
+from tests.datasets.formats.acclaim_files import PERSON, write_person
+from tests.datasets.formats.mvnx_files import mvnx_frame, mvnx_text, write_mvnx_file
 from tests.eval.clean.clean_parts import saved, shrink_search, simulator, standing
 
 FPS = 30.0
@@ -173,6 +177,51 @@ def test_one_broken_file_spoils_no_other(policy: Path, tmp_path: Path, capsys: p
     assert "left out" in told.out
     assert "c[old].bvh -> " in told.out
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["a.bvh", "c[old].bvh"]
+
+
+def test_amc_and_mvnx_are_cleaned_beside_bvh(policy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "in"
+    folder.mkdir()
+    end = ["--policy", policy, "--without", "physics", "--without", "restore"]
+    write_person(folder, {}, frames=60)
+    write_mvnx_file(folder, mvnx_text("".join(mvnx_frame(index, "0 0 0 0 0 0") for index in range(30))))
+    assert run(folder / "05_12.amc", "--out", tmp_path / "out.bvh", *end) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "read as: Y up, CMU, 120 fps" in said
+    assert "AMC files do not say their frame rate; 120 fps was taken" in said
+    assert read_bvh(tmp_path / "out.bvh").values.shape == (60, 6 + 3 * len(PERSON))
+    assert "out.amc is no .bvh file" in refused(capsys, folder / "05_12.amc", "--out", tmp_path / "out.amc", *end)
+    assert run(folder / "clip.mvnx", "--out", tmp_path / "out.mvnx", *end) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "read as: Z up, m, 50 fps, facing +Y" in said
+    assert "everything else in it is the recording's" in said
+    assert len(read_mvnx(tmp_path / "out.mvnx").positions) == 30
+    written(folder / "05_12.bvh")
+    written(folder / "clip.bvh")
+    assert run(folder, "--out", tmp_path / "out", *end) == 0
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["05_12.amc.bvh", "05_12.bvh", "clip.bvh", "clip.mvnx"]
+
+
+def test_accelerations_of_a_suit_reach_the_root_model(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    seen: list[tuple[str, np.ndarray | None]] = []
+
+    def reconstruct(name: str, clip: BodyMotion, accelerations: np.ndarray | None, *, level: bool) -> BodyMotion:
+        seen.append((name, accelerations))
+        return clip
+
+    monkeypatch.setattr(believed_root, "reconstruct_root_on_ground", reconstruct)
+    monkeypatch.setattr(believed_root, "is_floating", lambda _: True)
+    monkeypatch.setattr(believed_root, "find_off_feet_spans", lambda _: [])
+    frames = "".join(mvnx_frame(index, "0 2 0.5 7 8 9") for index in range(101))  # two seconds
+    text = mvnx_text(frames)
+    for contents in (text, text.replace('<sensor label="Pelvis"/>', "").replace("0 2 0.5 7 8 9", "7 8 9")):
+        bvh = read_motion_file(write_mvnx_file(tmp_path, contents))
+        CleaningPipeline(None).clean(bvh, "clip")
+    assert [name for name, _ in seen] == ["root3d", "root3d_pose"]
+    assert seen[1][1] is None
+    assert seen[0][1] is not None
+    # The suit faces y, the clip x: (0, 2) became (2, 0); our legs are 0.8 of its.
+    np.testing.assert_allclose(seen[0][1][:, 0], np.broadcast_to((1.6, 0.0, 0.4), (201, 3)), atol=1e-6)
 
 
 def test_what_was_cleaned_before_is_not_cleaned_again(policy: Path, tmp_path: Path) -> None:

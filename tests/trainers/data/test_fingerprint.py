@@ -7,6 +7,7 @@ import pytest
 
 from configs.source_code import PACKAGES, PROJECT_ROOT, imported_files
 from datasets.library.sources import SYNTHETIC_SOURCE
+from tests.datasets.formats.acclaim_files import write_person
 from trainers.data import training_motions as motions
 from trainers.data.fingerprint import fingerprint
 
@@ -34,6 +35,15 @@ def test_a_changed_byte_in_any_file_that_prepares_motion_is_another_key(copy: Pa
         assert key(copy) != before, changed
         file.write_bytes(kept)
     assert key(copy) == before
+
+
+def test_the_skeleton_beside_a_motion_counts(tmp_path: Path) -> None:
+    motion = write_person(tmp_path, {})
+    keys: list[str] = []
+    for text in ((tmp_path / "05.asf").read_text(), "another skeleton"):
+        (tmp_path / "05.asf").write_text(text)
+        keys += [fingerprint({}, str(source), "", motions.__name__) for source in (motion, tmp_path)]
+    assert (keys[0] == keys[1], keys[2] == keys[3], keys[0] == keys[2]) == (True, True, False)
 
 
 def test_other_code_leaves_the_key_alone(copy: Path) -> None:

@@ -6,9 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from datasets.formats.bvh import write_bvh
 from datasets.library import sources
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import HINGE_NAMES, rotations_from_hinges
+from tests.builders import as_bvh, lively
 from tests.trainers.conftest import standing
 from trainers.data import training_motions as motions
 from trainers.data.motion_config import DataConfig
@@ -118,3 +120,14 @@ def test_other_settings_are_prepared_anew(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr(motions, "build_library", build)
     with pytest.raises(NotImplementedError):
         prepare_motions(replace(NOTHING, **change), tmp_path, silent)
+
+
+def test_a_broken_file_is_named_in_the_log_and_the_training_goes_on(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.undo()  # so that files are read
+    write_bvh(tmp_path / "whole.bvh", as_bvh(lively()))
+    (tmp_path / "broken.bvh").write_text("HIERARCHY\n")
+    said: list[str] = []
+    library = build_library(replace(NOTHING, motions=str(tmp_path), mirror=False), said.append)
+    assert {clip.name.partition("#")[0] for clip in library.clips} == {"whole"}
+    (line,) = [line for line in said if "broken.bvh" in line]
+    assert line.endswith("; left out")
