@@ -65,6 +65,7 @@ class JointMapping:
         mirror: Whether left and right are to be exchanged, of a file that was exported left-handed.
         zero_ground: Whether the output is put on the height zero.
         figure: Number of the figure that is meant, from 1, in a file with several; None where there is one.
+        close_jumps: Whether jumps of the root are left out of the output.
     """
 
     joints: dict[str, str] = field(default_factory=dict)
@@ -74,6 +75,7 @@ class JointMapping:
     mirror: bool = False
     zero_ground: bool = False
     figure: int | None = None
+    close_jumps: bool = False
 
 
 def read_mapping(path: str | os.PathLike[str]) -> JointMapping:
