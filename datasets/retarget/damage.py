@@ -15,7 +15,7 @@ from datasets.motion.humanoid import split_side
 from datasets.motion.rotation import rotation_angle
 from datasets.retarget.joint_tree import JointMap
 from datasets.retarget.local_tracks import LocalTracks
-from datasets.retarget.spikes import MIN_STEP_RATIO, Steps, body_points, find_pose_jumps, find_spikes, steps_beside
+from datasets.retarget.spikes import MIN_STEP_M, MIN_STEP_RATIO, Steps, body_points, find_pose_jumps, find_spikes, steps_beside
 
 SPIKE, EMPTY, FROZEN, WILD, POSE_JUMP, ROOT_JUMP = "spike", "empty", "frozen", "wild", "pose jump", "root jump"
 IN_WORDS = {SPIKE: "far off", EMPTY: "all rotations zero", FROZEN: "frozen", WILD: "jumping from frame to frame"}
@@ -173,8 +173,8 @@ def _name_spans(damaged: np.ndarray, empty: np.ndarray, names: Sequence[str], me
 
 def _wild_spans(points: np.ndarray, fps: float, mended: np.ndarray) -> list[tuple[int, int]]:
     """Return the spans, but of frames that are mended (T,), in which much of the body (T, points, 3) [m] jumps again and again."""
-    acceleration = np.linalg.norm(np.diff(points, n=2, axis=0), axis=-1) * fps**2
-    share = np.pad(np.mean(acceleration > MIN_WILD_ACCELERATION_M_S2, axis=1), 1)
+    bend = np.linalg.norm(np.diff(points, n=2, axis=0), axis=-1)
+    share = np.pad(np.mean(bend > max(MIN_STEP_M, MIN_WILD_ACCELERATION_M_S2 / fps**2), axis=1), 1)
     wild = np.pad((share > MIN_WILD_SHARE) & np.logical_not(binary_dilation(mended)), MAX_WILD_GAP)
     together = np.asarray(binary_closing(wild, np.ones(MAX_WILD_GAP + 1)))[MAX_WILD_GAP:-MAX_WILD_GAP] & ~mended
     return [(start, stop) for start, stop in true_spans(together).tolist() if stop - start >= MIN_WILD_FRAMES]
