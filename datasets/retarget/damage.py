@@ -116,7 +116,9 @@ def _thaw(tracks: LocalTracks, fps: float) -> tuple[LocalTracks, list[Damage]]:
     for first, last in true_spans(steps < SAME_STEP).tolist():  # the frame that is repeated, and the last of those that repeat it
         if last - first + 1 < MIN_FROZEN_FRAMES or first == 0 or last == len(steps):
             continue
-        recorded = steps[first - 1] <= MIN_STEP_RATIO * max(1.0, *steps[max(first - 3, 0) : first - 1])  # else what is held is no pose
+        recorded = steps[first - 1] <= MIN_STEP_RATIO * steps[max(first - 3, 0) : first - 1].max(
+            initial=1.0
+        )  # else what is held is no pose
         if recorded and min(steps[first - 1], steps[last]) * fps > MIN_FROZEN_SPEED:
             short = last - first <= MAX_MENDED_S * fps
             found.append(Damage(FROZEN, first + 1, last + 1, mended=short))

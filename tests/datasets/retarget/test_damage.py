@@ -114,9 +114,10 @@ def test_a_root_that_is_at_zero_for_some_frames_is_put_back(frames: int) -> None
     assert_mended(clean, damaged, [Damage(SPIKE, 50, 50 + frames, ("Hips",))])
 
 
-def test_frozen_frames_amid_motion_are_replaced() -> None:
+@pytest.mark.parametrize("first", [1, 50])
+def test_frozen_frames_amid_motion_are_replaced(first: int) -> None:
     clean = steady()
-    assert_mended(clean, with_rows(clean, slice(51, 56), clean.values[50]), [Damage(FROZEN, 51, 56)])
+    assert_mended(clean, with_rows(clean, slice(first + 1, first + 6), clean.values[first]), [Damage(FROZEN, first + 1, first + 6)])
 
 
 def test_frames_that_are_frozen_for_more_than_a_second_are_left_and_told() -> None:
