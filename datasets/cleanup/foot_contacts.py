@@ -4,6 +4,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from datasets.motion.clip import BodyMotion
+from datasets.motion.frame_spans import true_spans
 from datasets.motion.kinematics import body_poses, linear_velocity, sole_points
 
 # Measured on 21 synthetic clips whose plants are known: precision and recall 0.95 and 1.00 on the clean ones, 0.94 and 0.81 on
@@ -64,12 +65,6 @@ def debounce_labels(labels: np.ndarray, shortest: int, gap: int) -> np.ndarray:
         if stop - start < gap and start > 0 and stop < len(cleaned):
             cleaned[start:stop] = True
     return cleaned
-
-
-def true_spans(labels: np.ndarray) -> np.ndarray:
-    """Return the first frame and the frame after the last of each run of true labels (T,), shape (spans, 2)."""
-    edges = np.flatnonzero(np.diff(np.concat([[False], labels, [False]]).astype(np.int8)))
-    return edges.reshape(-1, 2)
 
 
 def _standing(slow: np.ndarray, heights: np.ndarray, above: np.ndarray) -> np.ndarray:

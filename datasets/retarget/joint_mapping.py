@@ -66,6 +66,7 @@ class JointMapping:
         zero_ground: Whether the output is put on the height zero.
         figure: Number of the figure that is meant, from 1, in a file with several; None where there is one.
         skeleton: File of the skeleton, of a motion file that has it apart; None to find it.
+        close_jumps: Whether jumps of the root are left out of the output.
     """
 
     joints: dict[str, str] = field(default_factory=dict)
@@ -76,6 +77,7 @@ class JointMapping:
     zero_ground: bool = False
     figure: int | None = None
     skeleton: Path | None = None
+    close_jumps: bool = False
 
 
 def read_mapping(path: str | os.PathLike[str]) -> JointMapping:

@@ -1,7 +1,7 @@
 """Clips on the performer's own skeleton, in metres and Z up, with joint mapping, unit and up axis of the file."""
 
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -13,11 +13,14 @@ from datasets.formats.motion_file import read_motion_file
 from datasets.motion.clip import Motion
 from datasets.motion.humanoid import LEG_LENGTH
 from datasets.motion.skeleton import Skeleton, forward_kinematics
+from datasets.retarget.damage import ROOT_JUMP, Damage, damage_notices, mend_damage
 from datasets.retarget.file_axes import BY_MOTION, file_axes, find_up_axis, turn_points, turn_rotations
 from datasets.retarget.joint_mapping import JointMapping
 from datasets.retarget.joint_tree import JointMap
+from datasets.retarget.local_tracks import LocalTracks
 from datasets.retarget.mapping_draft import JointMapError
 from datasets.retarget.performer_tree import end_offsets, find_performer_tree
+from datasets.retarget.root_jumps import NO_JUMPS, RootJumps, find_root_jumps, jump_notice
 from datasets.retarget.tree_edits import TreeEdits, level_added_feet
 
 METRES_PER_UNIT: dict[str, float] = {"m": 1.0, "ft": 0.3048, "dm": 0.1, "CMU": 0.056444, "inch": 0.0254, "cm": 0.01, "mm": 0.001}
@@ -27,6 +30,7 @@ FEET_TO_HEAD = 1.45  # m, from the ankles to the head's joint of an adult
 MAX_LEG_RATIO = 1.8  # of a leg's length and the humanoid's: legs of 0.46 to 1.5 m pass for a human's
 MAX_FIGURE_LEG_RATIO = 4.0  # the same of a stylised figure, legs of 0.2 to 3.3 m: more can only be another unit
 MIN_BONE_RATIO = 1e-3  # of the leg's length
+MIN_LEG = 1e-9  # file units; a shorter leg has no size
 MAX_LEADING_FRAMES = 12  # frames at the start that are searched for a T-pose and its smoothed tail
 
 
@@ -35,7 +39,7 @@ class PerformerClip:
     """Clip on the performer's own skeleton and properties of its file.
 
     Attributes:
-        motion: Clip in metres, Z up, without a leading T-pose.
+        motion: Clip in metres, Z up, without a leading T-pose, its damaged frames mended and the jumps of its root closed.
         joint_map: Joint of each body.
         end_offsets: Mean of each joint's End Sites in its frame [m], zero if it has none, shape (J, 3).
         unit: Metres per unit of the file.
@@ -45,6 +49,8 @@ class PerformerClip:
         mapping: What the user said of the file.
         notices: Lines that a person should read about what was guessed.
         edits: How its tree was made from the file's.
+        damage: Damaged frames of the file, in the order of time.
+        root_jumps: Jumps of its root, which the file has.
     """
 
     motion: Motion
@@ -57,6 +63,13 @@ class PerformerClip:
     mapping: JointMapping = field(default_factory=JointMapping)
     notices: tuple[str, ...] = ()
     edits: TreeEdits = field(default_factory=TreeEdits)
+    damage: tuple[Damage, ...] = ()
+    root_jumps: RootJumps = NO_JUMPS
+
+    @property
+    def written_jumps(self) -> RootJumps:
+        """Jumps of the root that the output has."""
+        return NO_JUMPS if self.mapping.close_jumps else self.root_jumps
 
     @property
     def axes(self) -> np.ndarray:
@@ -104,11 +117,17 @@ def performer_clip_from_bvh(bvh: Bvh, name: str, mapping: JointMapping | None = 
     tree = find_performer_tree(bvh, *in_file, mapping)
     joint_map = tree.joint_map
     local_positions, local_rotations = tree.edits.to_clip(*in_file)
+    fps = mapping.fps or _rate(bvh.frame_time)
+    leg = leg_length(forward_kinematics(tree.parents, local_positions, local_rotations)[0], joint_map)
+    recorded = LocalTracks(tree.parents, local_positions, local_rotations, LEG_LENGTH / max(leg, MIN_LEG))
+    mended, damage = mend_damage(recorded, tree.names, joint_map, fps)
+    local_positions, local_rotations = mended.positions, mended.rotations
     positions, _ = forward_kinematics(tree.parents, local_positions, local_rotations)
-    leg, fps = leg_length(positions, joint_map), mapping.fps or _rate(bvh.frame_time)
     _check_bones(tree.names, positions, joint_map, leg)
     rest = _rest_positions(tree.parents, np.concat([np.zeros((1, 3)), np.median(local_positions, axis=0)[1:]]))
-    notices = [*bvh.notices, *tree.notices]
+    dropped = _leading_frames(positions, joint_map, leg)
+    damage = tuple(one for one in damage if one.start >= dropped + (not one.mended))  # how a T-pose jumps into the motion is none
+    notices = [*bvh.notices, *tree.notices, *damage_notices(damage)]
     up, unit = mapping.up_axis or bvh.stated.up_axis, mapping.unit
     if up is None:
         up, shown_by = find_up_axis(positions, rest, joint_map, leg, fps)
@@ -122,12 +141,17 @@ def performer_clip_from_bvh(bvh: Bvh, name: str, mapping: JointMapping | None = 
     if unit is None:
         unit = _find_unit(leg, _feet_to_head(positions, joint_map))
         notices += _unit_notices(unit, leg)
-    axes, dropped = file_axes(up, mapping.mirror), _leading_frames(positions, joint_map, leg)
+    axes = file_axes(up, mapping.mirror)
     local_positions = unit * turn_points(axes, local_positions[dropped:])
     offsets = np.concat([np.zeros((1, 3)), np.median(local_positions, axis=0)[1:]])
     tips = end_offsets(tree, bvh, in_file[0])
     local_rotations = turn_rotations(axes, local_rotations[dropped:])
     motion = Motion(Skeleton(tree.names, tree.parents, offsets), local_positions, local_rotations, fps, name)
+    jumps = find_root_jumps(motion, joint_map, unit * leg)
+    motion = replace(motion, local_positions=jumps.closed(motion.local_positions))
+    if len(jumps.frames):
+        notices.append(jump_notice(jumps, dropped, mapping.close_jumps))
+    damage += tuple(Damage(ROOT_JUMP, frame + dropped, frame + dropped + 1, (tree.names[jumps.joint],)) for frame in jumps.frames.tolist())
     placed = tuple(joint for joint, channels in enumerate(bvh.channels) if set(channels) >= POSITIONS)
     return PerformerClip(
         level_added_feet(motion, tree.edits),
@@ -140,6 +164,8 @@ def performer_clip_from_bvh(bvh: Bvh, name: str, mapping: JointMapping | None = 
         mapping,
         tuple(notices),
         tree.edits,
+        tuple(sorted(damage, key=lambda one: one.start)),
+        jumps,
     )
 
 

@@ -24,6 +24,12 @@ def add_reading_options(parser: argparse.ArgumentParser) -> None:
     say.add_argument(
         "--ground", choices=("keep", "zero"), default="keep", help="leave the ground at its height, or put it on 0 (default %(default)s)"
     )
+    say.add_argument(
+        "--jumps",
+        choices=("keep", "close"),
+        default="keep",
+        help="where the root jumps from one frame to the next: jump as well, or join what is before and after (default %(default)s)",
+    )
 
 
 def parse_reading(parser: argparse.ArgumentParser, arguments: Sequence[str] | None) -> argparse.Namespace:
@@ -54,4 +60,5 @@ def mapping_from_options(options: argparse.Namespace) -> JointMapping:
         skeleton=options.skeleton,
         mirror=options.mirror,
         zero_ground=options.ground == "zero",
+        close_jumps=options.jumps == "close",
     )

@@ -4,6 +4,7 @@ Only changes are carried over. A clip that was not changed comes back as it was,
 wrists, a twisted forearm, a spine of many joints.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from datasets.motion.humanoid import BODY_NAMES
 from datasets.motion.kinematics import body_poses, joint_poses
 from datasets.motion.rotation import conjugate, from_yaw, multiply, rotate, rotation_angle
 from datasets.motion.skeleton import forward_kinematics
+from datasets.retarget.damage import ROOT_JUMP, Damage
 from datasets.retarget.file_axes import turn_points, turn_rotations
 from datasets.retarget.joint_tree import ancestors, torso_root
 from datasets.retarget.performer_clip import POSITIONS, PerformerClip
@@ -66,8 +68,8 @@ def transfer_back(retargeted: Retargeted, after: BodyMotion) -> Motion:
 def to_performer_bvh(bvh: Bvh, performer_clip: PerformerClip, motion: Motion) -> Bvh:
     """Return the recorded file with the channel values of a changed clip; hierarchy and channels stay.
 
-    Positions and rotations that did not change keep their very numbers, and so do dropped leading frames. A frame rate that the user
-    gave is written.
+    Positions and rotations that did not change keep their very numbers, and so do dropped leading frames. Mended frames are written, and
+    the root jumps where the file's does, unless the user wants it closed. A frame rate that the user gave is written.
 
     Args:
         bvh: Recorded file.
@@ -81,12 +83,13 @@ def to_performer_bvh(bvh: Bvh, performer_clip: PerformerClip, motion: Motion) ->
         raise ValueError(
             f"frames and joints are {motion.local_rotations.shape[:2]}, should be {performer_clip.motion.local_rotations.shape[:2]}"
         )
+    opened = performer_clip.written_jumps.opened(motion.local_positions)
     to_file, (recorded_positions, recorded_rotations) = performer_clip.axes.T, local_pose(bvh)
     positions, rotations = performer_clip.edits.to_clip(recorded_positions, recorded_rotations)
-    positions[performer_clip.dropped_frames :] = turn_points(to_file, motion.local_positions) / performer_clip.unit
+    positions[performer_clip.dropped_frames :] = turn_points(to_file, opened) / performer_clip.unit
     rotations[performer_clip.dropped_frames :] = turn_rotations(to_file, motion.local_rotations)
     positions, rotations = performer_clip.edits.to_file(positions, rotations, recorded_positions)
-    values = np.round(channel_values(bvh, positions, rotations), DECIMALS)
+    values = np.round(channel_values(_bridged_channels(bvh, performer_clip.damage), positions, rotations), DECIMALS)
     joints = np.repeat(np.arange(len(bvh.names)), [len(channels) for channels in bvh.channels])  # joint of each column
     places = np.array([channel.endswith("position") for channels in bvh.channels for channel in channels])
     moved = performer_clip.unit * np.abs(positions - recorded_positions).max(axis=-1) > SAME_POSITION_M
@@ -95,6 +98,17 @@ def to_performer_bvh(bvh: Bvh, performer_clip: PerformerClip, motion: Motion) ->
     changed[: performer_clip.dropped_frames] = False
     frame_time = 1.0 / performer_clip.mapping.fps if performer_clip.mapping.fps else bvh.frame_time
     return replace(bvh, frame_time=frame_time, values=np.where(changed, values, bvh.values))
+
+
+def _bridged_channels(bvh: Bvh, damage: Sequence[Damage]) -> Bvh:
+    """Return the file with channels on lines through mended frames, so that angles which mean the same are those that go on smoothly."""
+    values = bvh.values.copy()
+    for one in damage:
+        if one.mended and one.kind != ROOT_JUMP:
+            before, after = values[max(one.start - 1, 0)], values[min(one.stop, len(values) - 1)]
+            share = np.arange(1, one.stop - one.start + 1)[:, None] / (one.stop - one.start + 1)
+            values[one.start : one.stop] = before + share * (after - before) if one.stop < len(values) else before
+    return replace(bvh, values=values)
 
 
 def to_zero_ground(bvh: Bvh, retargeted: Retargeted) -> Bvh:
@@ -132,9 +146,10 @@ def from_performer_bvh(bvh: Bvh, performer_clip: PerformerClip) -> Motion:
         performer_clip: Clip read from the recorded file.
     """
     axes, (positions, rotations) = performer_clip.axes, performer_clip.edits.to_clip(*local_pose(bvh))
+    written = performer_clip.unit * turn_points(axes, positions[performer_clip.dropped_frames :])
     motion = replace(
         performer_clip.motion,
-        local_positions=performer_clip.unit * turn_points(axes, positions[performer_clip.dropped_frames :]),
+        local_positions=performer_clip.written_jumps.closed(written),
         local_rotations=turn_rotations(axes, rotations[performer_clip.dropped_frames :]),
     )
     return level_added_feet(motion, performer_clip.edits)

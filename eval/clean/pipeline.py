@@ -131,6 +131,7 @@ class CleaningPipeline:
             overlaps,
             truth,
             describe_reading(retargeted),
+            performer.damage,
         )
         written = to_performer_bvh(bvh, performer, output)
         return (to_zero_ground(written, retargeted) if performer.mapping.zero_ground else written), result

@@ -46,6 +46,7 @@ def collect_report_data(cleaned: CleaningResult) -> dict[str, Any]:
         "moved": [asdict(span) for span in cleaned.moved],
         "overlaps": [asdict(overlap) for overlap in cleaned.overlaps],
         "misalignments": [asdict(one) for one in cleaned.misalignments],
+        "damage": [asdict(one) for one in cleaned.damage],
         "notices": list(cleaned.notices),
     }
 

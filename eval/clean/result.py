@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from datasets.motion.clip import BodyMotion
+from datasets.retarget.damage import Damage
 from envs.physics.self_collision import Overlap
 from eval.clean.misalignments import Misalignment
 from eval.clean.moved_joints import MovedSpan
@@ -32,6 +33,7 @@ class CleaningResult:
         overlaps: Spans in which bodies still pass through each other, the deepest first.
         truth: Clean clip behind a simulated suit, where it is known.
         read_as: Line that says what the recording was taken for.
+        damage: Damaged frames of the file, in the order of time.
     """
 
     name: str
@@ -47,6 +49,7 @@ class CleaningResult:
     overlaps: tuple[Overlap, ...] = ()
     truth: BodyMotion | None = None
     read_as: str = ""
+    damage: tuple[Damage, ...] = ()
 
     @property
     def simulated(self) -> np.ndarray:

@@ -55,10 +55,10 @@ def test_frames_near_gimbal_lock_are_counted() -> None:
 
 
 def test_a_frame_that_jumps_is_counted() -> None:
-    """One frame whose arm is elsewhere jumps there and back: three second differences see it, at the frames around it."""
+    """An arm that is elsewhere from a frame on jumps once: two second differences see it, at the frames before and after."""
     clip = posed({}, 40)
     local = clip.local_rotations.copy()
-    local[20] = posed({"upper_arm_l_z": 60.0}, 1).local_rotations[0]
+    local[20:] = posed({"upper_arm_l_z": 60.0}, 1).local_rotations[0]
     fidelity = measure_retarget(retarget(performer_clip_from_bvh(as_bvh(replace(clip, local_rotations=local)), "clip")))
-    assert fidelity.jumps == 3
+    assert fidelity.jumps == 2
     assert measure_retarget(retarget(performer_clip_from_bvh(as_bvh(clip), "clip"))).jumps == 0

@@ -129,6 +129,27 @@ def test_what_was_taken_is_told_and_options_change_it(policy: Path, tmp_path: Pa
     assert "ground at -0.40 m, put on 0" in (tmp_path / "report" / "index.html").read_text()
 
 
+def test_damage_is_mended_and_told_and_a_jump_of_the_root_kept_or_closed(
+    policy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Somebody stands; frame 21 is all zeros, and from frame 31 on they stand 2 m beside."""
+    given = as_bvh(standing(45, FPS))
+    values = given.values.copy()
+    values[20] = 0.0
+    values[30:, 0] += 200.0
+    write_bvh(tmp_path / "in.bvh", replace(given, values=values))
+    end = ["--policy", policy, "--without", "physics", "--without", "restore"]
+    for option, beside in (("keep", 200.0), ("close", 0.0)):
+        assert run(tmp_path / "in.bvh", "--out", tmp_path / f"{option}.bvh", *end, "--jumps", option, "--report", tmp_path / option) == 0
+        said = capsys.readouterr().out
+        assert "replaced by what lies between their neighbours: frame 21 (all rotations zero)" in said
+        assert "by 2.00 m at frame 31" in said
+        across = read_bvh(tmp_path / f"{option}.bvh").values[:, 0]
+        assert across == pytest.approx(given.values[:, 0] + np.where(np.arange(45) < 30, 0.0, beside), abs=2.0)
+        report = json.loads((tmp_path / option / "report.json").read_text())
+        assert [(one["kind"], one["start"]) for one in report["damage"]] == [("empty", 20), ("root jump", 30)]
+
+
 def test_a_mirrored_clip_is_never_cleaned_in_silence(policy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     bent = {"thigh_l_y": -30.0, "thigh_r_y": -30.0, "shin_l_y": 60.0, "shin_r_y": 60.0, "foot_l_y": -30.0, "foot_r_y": -30.0}
     write_bvh(tmp_path / "in.bvh", in_axes(as_bvh(posed(bent)), np.diag([-1.0, 1.0, 1.0])))

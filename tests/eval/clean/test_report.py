@@ -12,6 +12,7 @@ import pytest
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_NAMES
 from datasets.motion.rotation import from_axis_angle
+from datasets.retarget.damage import SPIKE, Damage
 from eval.clean import video as clean_film
 from eval.clean.misalignments import Misalignment
 from eval.clean.report import write_clip_report, write_folder_report
@@ -60,6 +61,7 @@ def cleaning(truth: bool = True) -> CleaningResult:
         notices=("It sits <down>.",),
         misalignments=(Misalignment("foot_l", "left foot toed in", 7.0, 2.0),),
         truth=clean if truth else None,
+        damage=(Damage(SPIKE, 7, 9, ("LeftArm",)),),
     )
 
 
@@ -83,6 +85,7 @@ def small_pictures(patch: pytest.MonkeyPatch) -> None:
 def test_numbers_by_side() -> None:
     # 75 of 90 frames stand; the other 15 keep 30 mm: 30 x 15 / 90 = 5 mm.
     report = collect_report_data(cleaning())
+    assert report["damage"] == [{"kind": "spike", "start": 7, "stop": 9, "joints": ("LeftArm",), "mended": True}]
     assert {side: values["floating"] for side, values in report["artefacts"].items()} == {
         "before": pytest.approx(30.0), "after": pytest.approx(5.0), "truth": 0.0,
     }  # fmt: skip
