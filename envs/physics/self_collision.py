@@ -14,7 +14,7 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from datasets.cleanup.foot_contacts import debounce_labels, true_spans
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES, HINGES, body_in_words, hinge_angles, rotations_from_hinges, split_side
-from datasets.motion.kinematics import body_poses, lowest_point_heights
+from datasets.motion.kinematics import body_poses, clip_lowest_heights
 from envs.physics.humanoid_mjcf import build_overlap_model
 
 # Compliance of hinges: that of arms is higher than that of legs, which stand; back, collars, head and feet keep their angles.
@@ -102,7 +102,7 @@ def _generalised_positions(motion: BodyMotion) -> np.ndarray:
 
 def _bearing_legs(motion: BodyMotion) -> np.ndarray:
     """Return whether the left and the right leg stand or rest on the ground, shape (T, 2)."""
-    heights = lowest_point_heights(*body_poses(motion))
+    heights = clip_lowest_heights(motion)
     return np.stack([heights[:, leg[1:]].min(axis=1) < BEARING_HEIGHT_M for leg in _LEGS], axis=1)
 
 
