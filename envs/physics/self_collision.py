@@ -85,7 +85,7 @@ def remove_self_penetration(motion: BodyMotion) -> BodyMotion:
 
 def find_overlaps(motion: BodyMotion) -> tuple[Overlap, ...]:
     """Return the spans of a clip in which bodies overlap by ``MIN_TOLD_OVERLAP_M`` or more, the deepest first."""
-    depths = _Body().depths(_generalised_positions(motion))
+    depths = overlap_depths(motion)
     gap = round(MERGED_GAP_S * motion.fps) + 1
     found = []
     for pair, depth in depths.items():
@@ -93,6 +93,11 @@ def find_overlaps(motion: BodyMotion) -> tuple[Overlap, ...]:
             ends = start / motion.fps, (stop - 1) / motion.fps
             found.append(Overlap(*ends, pair, 1e3 * float(depth[start:stop].max())))
     return tuple(sorted(found, key=lambda overlap: -overlap.depth_mm))
+
+
+def overlap_depths(motion: BodyMotion) -> dict[tuple[str, str], np.ndarray]:
+    """Return how deep the shapes of each pair of bodies that ever do overlap [m], shape (T,), by the names of both."""
+    return _Body().depths(_generalised_positions(motion))
 
 
 def _generalised_positions(motion: BodyMotion) -> np.ndarray:
