@@ -10,6 +10,7 @@ from datasets.motion.frame_blocks import by_blocks
 from datasets.motion.humanoid import (
     BODIES,
     BODY_COM_OFFSETS,
+    BODY_COUNT,
     BODY_MASSES_KG,
     FOOT_AND_TOE_BODIES,
     HEEL_OFFSET,
@@ -160,8 +161,8 @@ def resample_to(motion: BodyMotion, frames: int, fps: float) -> BodyMotion:
     old = np.arange(len(motion)) / motion.fps
     new = np.minimum(np.arange(frames) / fps, old[-1])
     root = CubicSpline(old, motion.root_position)(new)
-    aligned, rotations = align_quaternion_signs(motion.local_rotations), np.empty((frames, *motion.local_rotations.shape[1:]))
-    for body in range(rotations.shape[1]):  # one at a time, as splines of all bodies take several times the memory of the clip
+    aligned, rotations = align_quaternion_signs(motion.local_rotations), np.empty((frames, BODY_COUNT, 4))
+    for body in range(BODY_COUNT):  # one at a time, as splines of all bodies take several times the memory of the clip
         rotations[:, body] = normalise(CubicSpline(old, aligned[:, body])(new))
     return replace(motion, root_position=root, local_rotations=rotations, fps=fps)
 
