@@ -45,7 +45,7 @@ def collect_report_data(cleaned: CleaningResult, tracks: Mapping[str, ArtefactTr
         "frames": len(cleaned.before),
         "fps": fps,
         "seconds": cleaned.before.seconds,
-        "artefacts": {"truth": {}} | sides,
+        "artefacts": sides | {"truth": sides.get("truth", {})},
         "deviation": {"local": _spread_mm(local), "world": _spread_mm(world)},
         "confidence": {
             "mean": float(cleaned.confidence.mean()),
