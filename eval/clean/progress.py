@@ -17,8 +17,8 @@ _USUAL_COSTS = {
     READING: 0.004, RETARGETING: 0.013, RESTORING: 0.006, ROOT: 0.003, REPAIRING: 0.015, SIMULATING: 0.013, TRANSFERRING: 0.014,
     COMPARING: 0.005, WRITING: 0.014,
 }  # fmt: skip
-_SAMPLE_COST = 0.0085  # seconds for a second of motion, of one sample of the simulation on one core
-_REPORT_COST, _FILM_S = 0.04, 4.0  # seconds for a second of motion, and for the film, which is of one length
+_SAMPLE_COST = 0.0062  # seconds for a second of motion, of one sample of the simulation on one core
+_REPORT_COST, _FILM_S = 0.04, 5.0  # seconds for a second of motion, and for the film, which is of one length
 _BYTES_PER_SECOND = 5e4  # of a file, for a second of motion: about, as the file says it only once it is read
 _MIN_STAGE_SHARE = 0.02  # of a stage, from which on its own pace is believed
 
