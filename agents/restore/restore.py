@@ -10,6 +10,7 @@ from agents.restore.mirror import mirror_prediction, mirror_rotations
 from agents.restore.model import RestoreModel, RestorePrediction
 from agents.restore.spec import PATCH_FRAMES, RESTORE_RATE_HZ, STEP_RATE_HZ
 from datasets.motion.clip import BodyMotion
+from datasets.motion.frame_blocks import by_blocks
 from datasets.motion.humanoid import SKELETON
 from datasets.motion.kinematics import body_poses, resample
 from datasets.motion.rotation import conjugate, multiply, normalise
@@ -56,14 +57,16 @@ def restore_poses(model: RestoreModel, clip: BodyMotion) -> Restoration:
         model: Trained network.
         clip: Clip of any length and rate; its root path is not used.
     """
-    rotations = torch.from_numpy(body_poses(resample(smooth_motion(clip), RESTORE_RATE_HZ))[1].astype(np.float32))
+    smooth = resample(smooth_motion(clip), RESTORE_RATE_HZ)
+    seen = by_blocks(lambda part: (body_poses(smooth.cut(part.start, part.stop))[1].astype(np.float32),), len(smooth))[0]
+    rotations = torch.from_numpy(seen.copy())  # one that may be written into, as PyTorch wants it
     frames, window = len(rotations), model.spec.window
     last = max(frames - window, 0) // PATCH_FRAMES * PATCH_FRAMES
     starts = torch.tensor([*range(0, last, window // 2 // PATCH_FRAMES * PATCH_FRAMES or PATCH_FRAMES), last])
     rows = starts[:, None] + torch.arange(window)
     mask = rows < frames
-    seen = rotations[rows.clamp(max=frames - 1)]
-    parts = [_predict(model, own, inside) for own, inside in zip(seen.split(BATCH_WINDOWS), mask.split(BATCH_WINDOWS), strict=True)]
+    batches = zip(rows.split(BATCH_WINDOWS), mask.split(BATCH_WINDOWS), strict=True)
+    parts = [_predict(model, rotations[some.clamp(max=frames - 1)], inside) for some, inside in batches]
     predicted = RestorePrediction(*(torch.cat(tracks) for tracks in zip(*parts, strict=True)))
     precision = torch.exp(-2.0 * predicted.constant_log_std)
     constant, variance = (predicted.constant * precision).sum(0) / precision.sum(0), 1.0 / precision.mean(0)
@@ -71,11 +74,16 @@ def restore_poses(model: RestoreModel, clip: BodyMotion) -> Restoration:
     every = slice(None, None, PATCH_FRAMES)
     varying = _fade(predicted.varying, rows[:, every] // PATCH_FRAMES, mask[:, every])
     correction = _at_frames((constant + varying).double().numpy(), STEP_RATE_HZ, clip)
-    world = correct_rotations(torch.from_numpy(body_poses(clip)[1]), torch.from_numpy(correction)).numpy()
-    local = world.copy()
-    local[:, 1:] = multiply(conjugate(world[:, _PARENTS]), world[:, 1:])
+
+    def corrected(part: slice) -> tuple[np.ndarray, ...]:
+        turned = torch.from_numpy(body_poses(clip.cut(part.start, part.stop))[1])
+        world = correct_rotations(turned, torch.from_numpy(correction[part])).numpy()
+        local = world.copy()
+        local[:, 1:] = multiply(conjugate(world[:, _PARENTS]), world[:, 1:])
+        return (normalise(local),)
+
     return Restoration(
-        replace(clip, local_rotations=normalise(local)),
+        replace(clip, local_rotations=by_blocks(corrected, len(clip))[0]),
         constant.double().numpy(),
         variance.sqrt().double().numpy(),
         _at_frames(_fade(torch.sigmoid(predicted.contacts), rows, mask).double().numpy(), RESTORE_RATE_HZ, clip),

@@ -5,7 +5,7 @@ from scipy.ndimage import uniform_filter1d
 
 from datasets.motion.clip import BodyMotion
 from datasets.motion.frame_spans import true_spans
-from datasets.motion.kinematics import body_poses, linear_velocity, sole_points
+from datasets.motion.kinematics import clip_sole_points, linear_velocity
 
 # Measured on 21 synthetic clips whose plants are known: precision and recall 0.95 and 1.00 on the clean ones, 0.94 and 0.81 on
 # what a simulated suit makes of them; in the walks of cmu/train no contact is found in 4 % of the frames. At 0.3 m/s, or with
@@ -30,7 +30,7 @@ def detect_foot_contacts(motion: BodyMotion) -> np.ndarray:
 
     Source: thesis 2.5 after Lee et al. 2002: positions and velocities against thresholds, then ``debounce_labels``.
     """
-    points = sole_points(*body_poses(motion))
+    points = clip_sole_points(motion)
     velocities = linear_velocity(points, motion.fps)
     smooth = uniform_filter1d(velocities, 2 * round(0.5 * VELOCITY_SMOOTHING_S * motion.fps) + 1, axis=0, mode="nearest")
     speeds = np.linalg.norm(smooth, axis=-1)

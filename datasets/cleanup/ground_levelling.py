@@ -9,7 +9,7 @@ from datasets.cleanup.foot_contacts import detect_foot_contacts, true_spans
 from datasets.cleanup.support_levels import MAX_FLIGHT_S
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import FOOT_AND_TOE_BODIES
-from datasets.motion.kinematics import body_poses, lowest_point_heights
+from datasets.motion.kinematics import clip_lowest_heights
 
 GROUND_SMOOTHING_S = 0.15  # s, of the Gaussian over the ground's height: a suit's legs differ by centimetres, and figures must not hop
 AIRBORNE_HEIGHT_M = 0.08  # m, of the figure's lowest point, above which it is in the air
@@ -17,7 +17,7 @@ AIRBORNE_HEIGHT_M = 0.08  # m, of the figure's lowest point, above which it is i
 
 def is_floating(motion: BodyMotion) -> bool:
     """Return whether the figure is in the air for longer than a jump lasts, as in recordings of suits that do not know the root."""
-    lowest = lowest_point_heights(*body_poses(motion)).min(axis=1)
+    lowest = clip_lowest_heights(motion).min(axis=1)
     return bool(np.any(np.diff(true_spans(lowest > AIRBORNE_HEIGHT_M), axis=1) > MAX_FLIGHT_S * motion.fps))
 
 
@@ -29,7 +29,7 @@ def level_to_ground(motion: BodyMotion, contacts: np.ndarray | None = None, grou
         contacts: Whether the left and the right foot stand, shape (T, 2); detected if None.
         grounded: Which frames are on level ground, shape (T,); all if None. Others are moved along with those before and after.
     """
-    lowest = lowest_point_heights(*body_poses(motion))
+    lowest = clip_lowest_heights(motion)
     feet = np.stack([lowest[:, list(foot)].min(axis=1) for foot in FOOT_AND_TOE_BODIES], axis=1)
     stands = detect_foot_contacts(motion) if contacts is None else contacts
     frames = np.flatnonzero(stands.any(axis=1))

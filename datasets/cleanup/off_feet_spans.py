@@ -12,6 +12,7 @@ from scipy.ndimage import uniform_filter1d
 from datasets.cleanup.foot_contacts import debounce_labels, detect_foot_contacts, true_spans
 from datasets.cleanup.support_levels import detect_climbing, detect_hanging
 from datasets.motion.clip import BodyMotion
+from datasets.motion.frame_blocks import by_blocks
 from datasets.motion.humanoid import BODY_NAMES, HEAD_BODY
 from datasets.motion.kinematics import body_poses, centre_of_mass, linear_velocity, lowest_point_heights, sole_points
 
@@ -63,12 +64,17 @@ def find_off_feet_spans(motion: BodyMotion) -> list[OffFeetSpan]:
     Returns:
         Spans with the way down and up again; those that meet are one, with both reasons.
     """
-    positions, rotations = body_poses(motion)
-    lowest, soles = lowest_point_heights(positions, rotations), sole_points(positions, rotations)
+
+    def block(part: slice) -> tuple[np.ndarray, ...]:
+        places, turns = body_poses(motion.cut(part.start, part.stop))
+        soles, centre = sole_points(places, turns), centre_of_mass(places, turns)
+        return places, lowest_point_heights(places, turns), soles, centre, _overhang(soles, centre)
+
+    positions, lowest, soles, centre, overhang = by_blocks(block, len(motion))
     bottom, heights, contacts = lowest.min(axis=1), soles[..., 2].min(axis=-1), detect_foot_contacts(motion)
     pelvis = positions[:, 0, 2] - soles[..., 2].min(axis=(1, 2))
     seated = lowest[:, 0] - bottom < RESTING_HEIGHT_M
-    unsupported = seated | _unbalanced(pelvis, soles, centre_of_mass(positions, rotations), motion.fps)
+    unsupported = seated | _unbalanced(pelvis, overhang, centre, motion.fps)
     down = _lasting(unsupported, motion.fps)
     knelt = down & ~seated & (positions[:, _KNEES, 2].min(axis=1) - bottom < KNEELING_HEIGHT_M)
     lies = _lasting(lowest[:, _TRUNK].min(axis=1) - bottom < RESTING_HEIGHT_M, motion.fps)
@@ -82,19 +88,26 @@ def find_off_feet_spans(motion: BodyMotion) -> list[OffFeetSpan]:
     return _spans(found, _with_ways(down | lies, pelvis, motion.fps), motion.fps)
 
 
-def _unbalanced(pelvis: np.ndarray, soles: np.ndarray, centre: np.ndarray, fps: float) -> np.ndarray:
+def _overhang(soles: np.ndarray, centre: np.ndarray) -> np.ndarray:
+    """Return how far the centre of mass (T, 3) is beyond the feet's sole points (T, 2, 3, 3) [m], seen from above, shape (T,).
+
+    The distance of a point beyond a convex hull is the largest, over all directions, of that beyond the hull's extent in a direction.
+    """
+    reach = (soles.reshape(len(soles), -1, 3)[..., :2] @ _DIRECTIONS).max(axis=1)
+    return (centre[:, :2] @ _DIRECTIONS - reach).max(axis=1)
+
+
+def _unbalanced(pelvis: np.ndarray, overhang: np.ndarray, centre: np.ndarray, fps: float) -> np.ndarray:
     """Return whether the pelvis is low and the centre of mass beyond the feet in each frame, shape (T,).
 
     Args:
         pelvis: Height of the pelvis above the lower sole [m], shape (T,).
-        soles: Sole points [m], shape (T, 2, 3, 3).
+        overhang: Distance of the centre of mass beyond the feet [m], shape (T,).
         centre: Centre of mass [m], shape (T, 3).
         fps: Frame rate [1/s].
     """
     window = 2 * round(0.5 * COM_SMOOTHING_S * fps) + 1
-    # The distance of a point beyond a convex hull is the largest, over all directions, of that beyond the hull's extent in a direction.
-    reach = (soles.reshape(len(soles), -1, 3)[..., :2] @ _DIRECTIONS).max(axis=1)
-    overhang = uniform_filter1d((centre[:, :2] @ _DIRECTIONS - reach).max(axis=1), window, mode="nearest")
+    overhang = uniform_filter1d(overhang, window, mode="nearest")
     speed = np.linalg.norm(uniform_filter1d(linear_velocity(centre, fps), window, axis=0, mode="nearest"), axis=1)
     return (pelvis < LOW_PELVIS_HEIGHT_M) & (overhang > MIN_COM_OVERHANG_M) & (speed < MAX_COM_SPEED_M_S)
 

@@ -1,10 +1,13 @@
 """Foot lock on the performer's own skeleton: feet that bear weight in the simulation are held by the legs, blended in and out."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from datasets.cleanup.foot_contacts import debounce_contacts
 from datasets.cleanup.foot_lock_offsets import foot_lock_offsets
 from datasets.motion.clip import Motion
+from datasets.motion.frame_blocks import by_blocks
 from datasets.motion.humanoid import BODY_NAMES, FOOT_AND_TOE_BODIES
 from datasets.motion.kinematics import body_poses, joint_poses, lowest_point_heights, sole_points
 from datasets.retarget.pose_edits import solve_leg_ik
@@ -43,10 +46,15 @@ def lock_performer_feet(motion: Motion, retargeted: Retargeted, contacts: np.nda
 
 def _move_feet(motion: Motion, retargeted: Retargeted, moved: np.ndarray) -> Motion:
     """Return the clip with both ankles displaced by ``moved`` (T, 2, 3) [m, in the size of the 20 bodies]."""
-    joints, steps = joint_poses(motion)[0], retargeted.to_performer_world(moved)
     feet = [BODY_NAMES[ankle] for ankle in _ANKLES]
-    ankles = {foot: joints[:, retargeted.performer_clip.joint_map[foot]] + steps[:, side] for side, foot in enumerate(feet)}
-    return solve_leg_ik(motion, retargeted, ankles)
+
+    def block(part: slice) -> tuple[np.ndarray, ...]:
+        own = motion.cut(part.start, part.stop)
+        joints, steps = joint_poses(own)[0], retargeted.to_performer_world(moved[part])
+        ankles = {foot: joints[:, retargeted.performer_clip.joint_map[foot]] + steps[:, side] for side, foot in enumerate(feet)}
+        return (solve_leg_ik(own, retargeted, ankles).local_rotations,)
+
+    return replace(motion, local_rotations=by_blocks(block, len(motion))[0])
 
 
 def _soles(motion: Motion, retargeted: Retargeted, usual: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
@@ -60,19 +68,30 @@ def _soles(motion: Motion, retargeted: Retargeted, usual: tuple[float, float]) -
         retargeted: Recorded clip.
         usual: Usual height offsets of the left and the right ankle, from ``_usual_height_offsets`` [m].
     """
-    positions, rotations = body_poses(retarget_with(retargeted, motion))
-    off = _ankle_offsets(motion, retargeted, positions)
-    off[..., 2] -= usual
-    soles, every = sole_points(positions, rotations), lowest_point_heights(positions, rotations)
-    lowest = np.stack([every[:, list(pair)].min(axis=1) for pair in FOOT_AND_TOE_BODIES], axis=1)
-    off[..., 2] += lowest - soles[..., 2].min(axis=2)  # a tilted foot stands on its edge
-    soles = soles + off[:, :, None]
-    return soles, -np.minimum(soles[..., 2].min(axis=2), lowest + MAX_SINK_M)
+
+    def block(part: slice) -> tuple[np.ndarray, ...]:
+        own = motion.cut(part.start, part.stop)
+        positions, rotations = body_poses(retarget_with(retargeted, own))
+        off = _ankle_offsets(own, retargeted, positions)
+        off[..., 2] -= usual
+        soles, every = sole_points(positions, rotations), lowest_point_heights(positions, rotations)
+        lowest = np.stack([every[:, list(pair)].min(axis=1) for pair in FOOT_AND_TOE_BODIES], axis=1)
+        off[..., 2] += lowest - soles[..., 2].min(axis=2)  # a tilted foot stands on its edge
+        soles = soles + off[:, :, None]
+        return soles, -np.minimum(soles[..., 2].min(axis=2), lowest + MAX_SINK_M)
+
+    soles, sunk = by_blocks(block, len(motion))
+    return soles, sunk
 
 
 def _usual_height_offsets(retargeted: Retargeted) -> tuple[float, float]:
     """Return the mean height [m] of the performer's left and right ankle over the 20 bodies' while the foot stands in the recording."""
-    off = _ankle_offsets(retargeted.performer_clip.motion, retargeted, body_poses(retargeted.motion)[0])
+
+    def block(part: slice) -> tuple[np.ndarray, ...]:
+        own = retargeted.cut(part.start, part.stop)
+        return (_ankle_offsets(own.performer_clip.motion, own, body_poses(own.motion)[0]),)
+
+    off = by_blocks(block, len(retargeted.motion))[0]
     left, right = (
         float(off[standing, side, 2].mean()) if standing.any() else 0.0
         for side, standing in enumerate(retargeted.calibration.stance_mask.T)

@@ -11,7 +11,7 @@ from datasets.cleanup.support_levels import MAX_FLIGHT_S
 from datasets.ik.leg_ik import leg_ik
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_NAMES
-from datasets.motion.kinematics import body_poses, sole_points, support_steps
+from datasets.motion.kinematics import body_poses, clip_sole_points, sole_points, support_steps
 from datasets.motion.rotation import conjugate, from_axis_angle, multiply, rotate
 
 _LEGS = [[BODY_NAMES.index(f"{part}_{side}") for part in ("thigh", "shin", "foot")] for side in "lr"]
@@ -44,7 +44,7 @@ def lead_root(motion: BodyMotion, contacts: np.ndarray) -> BodyMotion:
     told = weights.sum(axis=1) > 0.0
     if not told.any():
         return motion
-    slid = support_steps(sole_points(*body_poses(motion)))[..., :2]
+    slid = support_steps(clip_sole_points(motion))[..., :2]
     frames = np.flatnonzero(told)
     mean = (weights[frames, :, None] * slid[frames]).sum(axis=1) / weights[frames].sum(axis=1, keepdims=True)
     steps = np.column_stack([np.interp(np.arange(len(slid)), frames, mean[:, axis]) for axis in (0, 1)])

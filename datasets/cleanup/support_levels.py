@@ -60,17 +60,20 @@ def _steps(stances: list[Stance], level: dict[Stance, float], heights: np.ndarra
         heights: Heights of both soles [m], shape (T, 2).
         motion: Clip on its ground.
     """
-    steps = []
-    for at, later in enumerate(stances):
-        together = [earlier for earlier in stances[:at] if min(earlier[1], later[1]) - later[0] >= MIN_DOUBLE_STANCE_S * motion.fps]
+    steps: list[tuple[Stance, Stance]] = []
+    open_stances: list[Stance] = []  # that may still overlap with one that begins now
+    last: Stance | None = None  # that has ended, or will end, last of all before
+    for later in stances:
+        open_stances = [earlier for earlier in open_stances if earlier[1] - later[0] >= MIN_DOUBLE_STANCE_S * motion.fps]
+        together = open_stances if later[1] - later[0] >= MIN_DOUBLE_STANCE_S * motion.fps else []
         for earlier in together:
             both = slice(later[0], min(earlier[1], later[1]))
             if abs(np.median(heights[both, later[2]] - heights[both, earlier[2]])) > MIN_STEP_HEIGHT_M:
                 steps.append((earlier, later))
-        if at and not together and motion.rooted:
-            earlier = max(stances[:at], key=lambda stance: stance[1])
-            if abs(level[later] - level[earlier]) > MIN_LEAP_HEIGHT_M:
-                steps.append((earlier, later))
+        if last and not together and motion.rooted and abs(level[later] - level[last]) > MIN_LEAP_HEIGHT_M:
+            steps.append((last, later))
+        open_stances.append(later)
+        last = later if last is None or later[1] > last[1] else last
     return steps
 
 

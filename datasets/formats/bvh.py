@@ -19,6 +19,7 @@ from configs.atomic_file import atomic_write
 from configs.errors import InputError
 from datasets.formats.bvh_channels import find_relative_positions, position_columns, rotation_columns
 from datasets.formats.bvh_parser import Vector, parse_bvh
+from datasets.motion.frame_blocks import frame_blocks
 
 POSITION_CHANNELS = ("Xposition", "Yposition", "Zposition")
 ROTATION_CHANNELS = ("Zrotation", "Xrotation", "Yrotation")  # the usual order
@@ -179,9 +180,10 @@ def local_pose(bvh: Bvh) -> tuple[np.ndarray, np.ndarray]:
     rotations = np.zeros((*positions.shape[:2], 4))
     rotations[..., 0] = 1.0
     for order, (joints, columns) in rotation_columns(bvh.channels).items():
-        angles = bvh.values[:, columns]  # (T, joints, axes)
-        turned = Rotation.from_euler(order, angles.reshape(-1, len(order)), degrees=True)
-        rotations[:, joints] = turned.as_quat(scalar_first=True).reshape(*angles.shape[:2], 4)
+        for part in frame_blocks(len(bvh.values)):
+            angles = bvh.values[part, columns]  # (frames, joints, axes)
+            turned = Rotation.from_euler(order, angles.reshape(-1, len(order)), degrees=True)
+            rotations[part, joints] = turned.as_quat(scalar_first=True).reshape(*angles.shape[:2], 4)
     return positions, rotations
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from datasets.library.drift_alignment import align_drift
 from datasets.motion.clip import BodyMotion
+from datasets.motion.frame_blocks import by_blocks
 from datasets.motion.humanoid import BODY_COUNT, HINGE_COUNT, SKELETON, hinge_angles
 from datasets.motion.kinematics import angular_velocity, body_poses, centre_of_mass, linear_velocity, lowest_point_heights
 from datasets.motion.rotation import Array, conjugate, heading, rotate, skew, to_matrix
@@ -159,7 +160,7 @@ class MotionLibrary:
         packed = [_pack(motion, truth, paired) for motion, truth in zip(motions, truths or motions, strict=True)]
         starts = np.cumsum([0, *(len(motion) for motion in motions)])
         clips = tuple(ClipInfo(m.name, m.performer, m.system, m.kind, int(s), len(m)) for m, s in zip(motions, starts, strict=False))
-        arrays = {key: np.concat([one[key] for one in packed]) for key in packed[0]}
+        arrays = packed[0] if len(packed) == 1 else {key: np.concat([one[key] for one in packed]) for key in packed[0]}
         return cls.from_arrays(clips, arrays, motions[0].fps)
 
     @classmethod
@@ -218,9 +219,29 @@ def _pack(motion: BodyMotion, truth: BodyMotion, paired: bool) -> dict[str, np.n
     """Return the library's arrays of one clip, in single precision."""
     if len(truth) != len(motion) or truth.fps != motion.fps:
         raise ValueError(f"{motion.name} and its clean clip differ in length or frame rate")
+    hinges, rewarded = hinge_angles(motion.local_rotations), align_drift(truth, motion) if paired and truth is not motion else motion
+
+    def block(part: slice) -> tuple[np.ndarray, ...]:
+        low, high = max(part.start - 1, 0), min(part.stop + 1, len(motion))  # velocities need a frame before and one after
+        packed = _pack_frames(motion.cut(low, high), hinges[low:high], rewarded.cut(low, high), truth.root_position[low:high])
+        return tuple(array[part.start - low : part.stop - low] for array in packed)
+
+    return dict(zip(("table", "start_pose", "start_vel"), by_blocks(block, len(motion)), strict=True))
+
+
+def _pack_frames(
+    motion: BodyMotion, hinges: np.ndarray, rewarded: BodyMotion, truth_root: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the rows of a library's table, start poses and start velocities for successive frames, in single precision.
+
+    Args:
+        motion: The n frames that are observed.
+        hinges: Their hinge angles [rad], shape (n, 43).
+        rewarded: The frames that are rewarded.
+        truth_root: Pelvis of the clean clip [m], shape (n, 3).
+    """
     pos, quat = body_poses(motion)
     com, lin_vel = centre_of_mass(pos, quat), linear_velocity(pos, motion.fps)
-    hinges = hinge_angles(motion.local_rotations)
     hinge_vel = np.clip(linear_velocity(hinges, motion.fps), -MAX_HINGE_SPEED_RAD_S, MAX_HINGE_SPEED_RAD_S)
     yaw = heading(quat[:, 0])
     lowest = lowest_point_heights(pos, quat).min(axis=1)
@@ -235,15 +256,16 @@ def _pack(motion: BodyMotion, truth: BodyMotion, paired: bool) -> dict[str, np.n
         "facing": np.stack([np.cos(yaw), np.sin(yaw)], axis=1),
         "hinges": hinges,
         "hinge_vel": hinge_vel,
-        **_rewarded(align_drift(truth, motion) if paired and truth is not motion else motion),
-        "truth_root": truth.root_position,
+        **_rewarded(rewarded),
+        "truth_root": truth_root,
     }
-    packed = {
-        "table": np.concat([parts[name].reshape(len(motion), -1) for name in _SHAPES], axis=1),
-        "start_pose": np.concat([root, quat[:, 0], hinges], axis=1),
-        "start_vel": np.concat([lin_vel[:, 0], root_spin, hinge_vel], axis=1),
-    }
-    return {name: array.astype(np.float32) for name, array in packed.items()}
+    packed = (
+        np.concat([parts[name].reshape(len(motion), -1) for name in _SHAPES], axis=1),
+        np.concat([root, quat[:, 0], hinges], axis=1),
+        np.concat([lin_vel[:, 0], root_spin, hinge_vel], axis=1),
+    )
+    table, start_pose, start_vel = (array.astype(np.float32) for array in packed)
+    return table, start_pose, start_vel
 
 
 def _rewarded(motion: BodyMotion) -> dict[str, np.ndarray]:

@@ -169,26 +169,36 @@ def _unwrap_triples(triples: np.ndarray, parity: float) -> np.ndarray:
     In gimbal lock only the sum of the first and the last angle is known, or their difference, depending on ``parity``: +1 where
     the axes are in cyclic order and -1 otherwise. There the last angle keeps still.
     """
-    locked = (np.abs(np.cos(triples[:, 1])) < GIMBAL_LOCK_COSINE).tolist()
-    out = triples[:1].tolist()
-    for (first, middle, last), in_lock in zip(
-        triples[1:].tolist(), locked[1:], strict=True
-    ):  # plain numbers: the array calls took ten times as long
-        before = out[-1]
-        if in_lock:
-            first, last = first + parity * np.sign(middle) * (last - before[2]), before[2]
-        same, other = (
-            [angle + _TURN * round((near - angle) / _TURN) for angle, near in zip(candidate, before, strict=True)]
-            for candidate in ((first, middle, last), (first + np.pi, np.pi - middle, last + np.pi))
-        )
-        out.append(other if _squared_distance(other, before) < _squared_distance(same, before) else same)
-    return np.array(out).reshape(triples.shape)
+    out, locked = triples.copy(), np.abs(np.cos(triples[:, 1])) < GIMBAL_LOCK_COSINE
+    locked[0] = False  # nothing comes before
+    starts = np.flatnonzero(locked | np.append(True, locked[:-1]))  # of each frame in lock, and of each run of frames without
+    for start, stop in zip(starts, np.append(starts[1:], len(out)), strict=True):
+        if locked[start]:
+            before, (first, middle, last) = out[start - 1], out[start]
+            out[start] = first + parity * np.sign(middle) * (last - before[2]), middle, before[2]
+        begin = max(start - 1, 0)
+        out[begin:stop] = _nearest_triples(out[begin:stop])
+    return out
 
 
-def _squared_distance(one: list[float], other: list[float]) -> float:
-    """Return the squared distance of two triples."""
-    x, y, z = (a - b for a, b in zip(one, other, strict=True))
-    return x * x + y * y + z * z
+def _nearest_triples(triples: np.ndarray) -> np.ndarray:
+    """Return for each of the Euler triples (N, 3) but the first the equivalent that is nearest to the one before."""
+    other = _other_triples(triples)
+    same_distance, other_distance = (np.sum(_within_half_turn(after[1:] - triples[:-1]) ** 2, axis=1) for after in (triples, other))
+    # Exchanging both of two triples for their equivalents leaves their distance as it is: so each change of sides is known beforehand.
+    exchanged = np.append(False, np.logical_xor.accumulate(other_distance < same_distance))
+    return np.unwrap(np.where(exchanged[:, None], other, triples), axis=0)
+
+
+def _other_triples(triples: np.ndarray) -> np.ndarray:
+    """Return the other Euler triples (..., 3) of the same rotations [rad]."""
+    first, middle, last = np.moveaxis(triples, -1, 0)
+    return np.stack([first + np.pi, np.pi - middle, last + np.pi], axis=-1)
+
+
+def _within_half_turn(angles: np.ndarray) -> np.ndarray:
+    """Return angles modulo a turn, between -half a turn and half a turn [rad]."""
+    return angles - _TURN * np.round(angles / _TURN)
 
 
 def rotations_from_hinges(root_rotation: np.ndarray, angles: np.ndarray) -> np.ndarray:

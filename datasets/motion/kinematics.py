@@ -6,9 +6,11 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from datasets.motion.clip import BodyMotion, Motion
+from datasets.motion.frame_blocks import by_blocks
 from datasets.motion.humanoid import (
     BODIES,
     BODY_COM_OFFSETS,
+    BODY_COUNT,
     BODY_MASSES_KG,
     FOOT_AND_TOE_BODIES,
     HEEL_OFFSET,
@@ -87,6 +89,16 @@ def lowest_point_heights(positions: np.ndarray, rotations: np.ndarray) -> np.nda
     return np.stack(heights, axis=-1)
 
 
+def clip_lowest_heights(motion: BodyMotion) -> np.ndarray:
+    """Return the height of the lowest point of each body's shape in each frame of a clip [m], shape (T, 20)."""
+    return by_blocks(lambda part: (lowest_point_heights(*body_poses(motion.cut(part.start, part.stop))),), len(motion))[0]
+
+
+def clip_sole_points(motion: BodyMotion) -> np.ndarray:
+    """Return heel, ball and toe tip of both feet in each frame of a clip [m], shape (T, 2, 3, 3)."""
+    return by_blocks(lambda part: (sole_points(*body_poses(motion.cut(part.start, part.stop))),), len(motion))[0]
+
+
 def sole_points(positions: np.ndarray, rotations: np.ndarray) -> np.ndarray:
     """Return heel, ball and toe tip of the left and the right foot in the world [m], shape (..., 2, 3, 3).
 
@@ -118,8 +130,9 @@ def support_steps(soles: np.ndarray) -> np.ndarray:
 
 def align_quaternion_signs(rotations: np.ndarray) -> np.ndarray:
     """Return the same rotations (T, ..., 4) with signs that never flip from frame to frame."""
-    flips = np.where(np.sum(rotations[1:] * rotations[:-1], axis=-1) < 0, -1.0, 1.0)
-    return np.concat([rotations[:1], rotations[1:] * np.cumprod(flips, axis=0)[..., None]])
+    flips = np.where(np.einsum("...i,...i->...", rotations[1:], rotations[:-1]) < 0, -1.0, 1.0)
+    signs = np.concat([np.ones_like(rotations[:1, ..., 0]), np.cumprod(flips, axis=0)])
+    return rotations * signs[..., None]
 
 
 def resample(motion: BodyMotion, fps: float) -> BodyMotion:
@@ -148,7 +161,9 @@ def resample_to(motion: BodyMotion, frames: int, fps: float) -> BodyMotion:
     old = np.arange(len(motion)) / motion.fps
     new = np.minimum(np.arange(frames) / fps, old[-1])
     root = CubicSpline(old, motion.root_position)(new)
-    rotations = normalise(CubicSpline(old, align_quaternion_signs(motion.local_rotations))(new))
+    aligned, rotations = align_quaternion_signs(motion.local_rotations), np.empty((frames, BODY_COUNT, 4))
+    for body in range(BODY_COUNT):  # one at a time, as splines of all bodies take several times the memory of the clip
+        rotations[:, body] = normalise(CubicSpline(old, aligned[:, body])(new))
     return replace(motion, root_position=root, local_rotations=rotations, fps=fps)
 
 
@@ -157,5 +172,5 @@ _GROUND_PERCENTILE = 20.0  # of the lowest point's height, put at zero; so chose
 
 def place_on_ground(motion: BodyMotion) -> BodyMotion:
     """Return a clip of level ground with its feet on it, sunk in as deep as those of real suits' clips after retargeting."""
-    lift = -np.percentile(lowest_point_heights(*body_poses(motion)).min(axis=-1), _GROUND_PERCENTILE)
+    lift = -np.percentile(clip_lowest_heights(motion).min(axis=-1), _GROUND_PERCENTILE)
     return replace(motion, root_position=motion.root_position + np.array([0.0, 0.0, lift]))

@@ -49,8 +49,8 @@ def forward_kinematics(parents: tuple[int, ...], local_positions: np.ndarray, lo
     Returns:
         Positions (..., J, 3) [m] and rotations (..., J, 4), wxyz.
     """
-    positions, rotations = [local_positions[..., 0, :]], [local_rotations[..., 0, :]]
+    positions, rotations = np.array(local_positions), np.array(local_rotations)
     for joint, parent in enumerate(parents[1:], start=1):
-        positions.append(positions[parent] + rotate(rotations[parent], local_positions[..., joint, :]))
-        rotations.append(multiply(rotations[parent], local_rotations[..., joint, :]))
-    return np.stack(positions, axis=-2), np.stack(rotations, axis=-2)
+        positions[..., joint, :] = positions[..., parent, :] + rotate(rotations[..., parent, :], local_positions[..., joint, :])
+        rotations[..., joint, :] = multiply(rotations[..., parent, :], local_rotations[..., joint, :])
+    return positions, rotations

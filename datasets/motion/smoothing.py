@@ -19,8 +19,7 @@ def smooth_motion(motion: BodyMotion) -> BodyMotion:
         return motion
     sections = butter(2, CUTOFF_HZ, fs=motion.fps, output="sos")  # forward and backward: fourth order in all
     padding = min(round(PADDING_S * motion.fps), len(motion) - 1)
-    root, local = (
-        sosfiltfilt(sections, track, axis=0, padlen=padding)
-        for track in (motion.root_position, align_quaternion_signs(motion.local_rotations))
-    )
-    return replace(motion, root_position=root, local_rotations=normalise(np.asarray(local)))
+    root, local = sosfiltfilt(sections, motion.root_position, axis=0, padlen=padding), align_quaternion_signs(motion.local_rotations)
+    for body in range(local.shape[1]):  # one at a time, as the filter takes several times the memory of its input
+        local[:, body] = normalise(np.asarray(sosfiltfilt(sections, local[:, body], axis=0, padlen=padding)))
+    return replace(motion, root_position=root, local_rotations=local)

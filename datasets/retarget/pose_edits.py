@@ -32,14 +32,13 @@ def set_world_rotations(motion: Motion, turned: dict[int, np.ndarray]) -> Motion
     return replace(motion, local_rotations=local)
 
 
-def translate_hips(motion: Motion, performer_clip: PerformerClip, moved: np.ndarray) -> Motion:
-    """Return the clip with the hips displaced by ``moved`` (T, 3) [m] in the world.
-
-    Of the hips and the joints above them, the one whose local position varies most in the recorded clip is moved.
+def find_carrier(performer_clip: PerformerClip) -> int:
+    """Return the joint that carries the performer's way: of the hips and those above them the one whose local position varies most.
 
     Raises:
         InputError: If the file has no position channels for any of them.
     """
+    motion = performer_clip.motion
     names, parents = motion.skeleton.names, motion.skeleton.parents
     above = ancestors(torso_root(performer_clip.joint_map, parents), parents)
     able = [joint for joint in above if joint in performer_clip.joints_with_positions]
@@ -48,8 +47,12 @@ def translate_hips(motion: Motion, performer_clip: PerformerClip, moved: np.ndar
             f"{motion.name}: neither '{names[above[0]]}' nor a joint above it has position channels, so that no place can be written; "
             "export the clip with Xposition Yposition Zposition for its root"
         )
-    carrier = max(able, key=lambda joint: float(np.ptp(performer_clip.motion.local_positions[:, joint], axis=0).max()))
-    local = motion.local_positions.copy()
+    return max(able, key=lambda joint: float(np.ptp(motion.local_positions[:, joint], axis=0).max()))
+
+
+def translate_hips(motion: Motion, carrier: int, moved: np.ndarray) -> Motion:
+    """Return the clip with the joint ``carrier``, the hips or one above them, displaced by ``moved`` (T, 3) [m] in the world."""
+    local, parents = motion.local_positions.copy(), motion.skeleton.parents
     if parents[carrier] >= 0:
         moved = rotate(conjugate(joint_poses(motion)[1][:, parents[carrier]]), moved)
     local[:, carrier] += moved

@@ -7,13 +7,15 @@ on the ground, with the first frame above the origin and facing x.
 """
 
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
 from datasets.ik.two_bone_ik import bend_normal
 from datasets.motion.clip import BodyMotion, Motion
+from datasets.motion.frame_blocks import by_blocks
 from datasets.motion.humanoid import BODIES, BODY_NAMES, FOOT_AND_TOE_BODIES, LEG_LENGTH, SKELETON
-from datasets.motion.kinematics import MAX_LEVEL_DIFFERENCE_M, align_quaternion_signs, body_poses, joint_poses, lowest_point_heights
+from datasets.motion.kinematics import MAX_LEVEL_DIFFERENCE_M, align_quaternion_signs, body_poses, clip_lowest_heights, joint_poses
 from datasets.motion.rotation import conjugate, cross, from_axis_angle, from_yaw, heading, multiply, rotate
 from datasets.motion.vectors import rotation_from_axes, unit_vector
 from datasets.retarget.calibration import LIMB_HINGES, PerformerCalibration, WorldPoses, calibrate_performer
@@ -53,6 +55,11 @@ class Retargeted:
     yaw: float
     lift: float
 
+    def cut(self, start: int, stop: int) -> Self:
+        """Return the frames from ``start`` up to ``stop``, by the same transformation; the calibration stays the whole clip's."""
+        performer_clip = replace(self.performer_clip, motion=self.performer_clip.motion.cut(start, stop))
+        return replace(self, motion=self.motion.cut(start, stop), performer_clip=performer_clip)
+
     @property
     def ground(self) -> float:
         """Height of the ground under the performer, in the file's own world [m]."""
@@ -86,7 +93,9 @@ def retarget(performer_clip: PerformerClip) -> Retargeted:
     root, local = _body_pose(world, calibration)
     yaw, origin = float(heading(local[0, 0])), root[0, :2].copy()
     root, local = _to_origin(root, local, origin, yaw)
-    motion = BodyMotion(root, local, performer_clip.motion.fps, performer_clip.motion.name, rooted=_has_root_path(world))
+    motion = BodyMotion(
+        root, local, performer_clip.motion.fps, performer_clip.motion.name, rooted=_has_root_path(world.positions["pelvis"])
+    )
     lift = -_ground(motion, calibration.stance_mask)
     motion = _bend_toes(replace(motion, root_position=root + np.array([0.0, 0.0, lift])))
     return Retargeted(motion, performer_clip, calibration, scale, origin, yaw, lift)
@@ -99,10 +108,15 @@ def retarget_with(retargeted: Retargeted, motion: Motion) -> BodyMotion:
         retargeted: Retargeted clip whose transformation is used.
         motion: Clip on the same skeleton, in the same world; any number of frames.
     """
-    world = _world(*joint_poses(motion), retargeted.performer_clip.joint_map, retargeted.scale)
-    root, local = _to_origin(*_body_pose(world, retargeted.calibration), retargeted.origin, retargeted.yaw)
-    root[:, 2] += retargeted.lift
-    return _bend_toes(replace(retargeted.motion, root_position=root, local_rotations=local, rooted=_has_root_path(world)))
+
+    def block(part: slice) -> tuple[np.ndarray, ...]:
+        world = _world(*joint_poses(motion.cut(part.start, part.stop)), retargeted.performer_clip.joint_map, retargeted.scale)
+        root, local = _to_origin(*_body_pose(world, retargeted.calibration), retargeted.origin, retargeted.yaw)
+        return root + np.array([0.0, 0.0, retargeted.lift]), local, world.positions["pelvis"]
+
+    root, local, pelvis = by_blocks(block, len(motion))
+    local = align_quaternion_signs(local)
+    return _bend_toes(replace(retargeted.motion, root_position=root, local_rotations=local, rooted=_has_root_path(pelvis)))
 
 
 def _world(positions: np.ndarray, rotations: np.ndarray, joint_map: JointMap, scale: float) -> WorldPoses:
@@ -120,9 +134,9 @@ def _to_origin(root: np.ndarray, local: np.ndarray, origin: np.ndarray, yaw: flo
     return rotate(turn, root - np.append(origin, 0.0)), align_quaternion_signs(placed)
 
 
-def _has_root_path(world: WorldPoses) -> bool:
-    """Return whether the recording holds a path of the pelvis: whether that moves at all."""
-    return bool(np.ptp(world.positions["pelvis"], axis=0).max() > MIN_PELVIS_TRAVEL_M)
+def _has_root_path(pelvis: np.ndarray) -> bool:
+    """Return whether the recording holds a path of the pelvis (T, 3) [m]: whether that moves at all."""
+    return bool(np.ptp(pelvis, axis=0).max() > MIN_PELVIS_TRAVEL_M)
 
 
 def foot_tip(performer_clip: PerformerClip, foot: str) -> np.ndarray:
@@ -136,7 +150,7 @@ def foot_tip(performer_clip: PerformerClip, foot: str) -> np.ndarray:
 
 def _ground(motion: BodyMotion, stands: np.ndarray) -> float:
     """Return the height [m] of the ground under a clip; ``stands`` (T, 2) tells whether the left and the right foot stand."""
-    lowest = lowest_point_heights(*body_poses(motion))
+    lowest = clip_lowest_heights(motion)
     soles = lowest[:, [foot for foot, _ in FOOT_AND_TOE_BODIES]][stands]
     if not len(soles):
         return float(np.percentile(lowest.min(axis=-1), LOWEST_PERCENTILE))
@@ -145,16 +159,26 @@ def _ground(motion: BodyMotion, stands: np.ndarray) -> float:
 
 def _bend_toes(motion: BodyMotion) -> BodyMotion:
     """Return the clip with toes bent up where they would penetrate the ground, as flesh gives way."""
-    positions, rotations = body_poses(motion)
+
+    def block(part: slice) -> tuple[np.ndarray, ...]:
+        own = motion.cut(part.start, part.stop)
+        positions, rotations = body_poses(own)
+        return tuple(_bent(own, toe, positions[:, toe], rotations[:, toe]) for _, toe in FOOT_AND_TOE_BODIES)
+
     local = motion.local_rotations.copy()
-    for _, toe in FOOT_AND_TOE_BODIES:
-        ahead = rotate(rotations[:, toe], np.broadcast_to((1.0, 0.0, 0.0), positions[:, toe].shape))
-        corners = np.array(BODIES[toe].shape.points)
-        clear = positions[:, toe, 2] + corners[:, 2].min()
-        steepest = 0.5 * np.pi * np.clip(clear / TOE_RELEASE, 0.0, 1.0)
-        bend = np.clip(-np.arcsin(np.clip(ahead[:, 2], -1.0, 1.0)) - steepest, 0.0, TOE_BEND)
-        local[:, toe] = multiply(local[:, toe], from_axis_angle(np.broadcast_to((0.0, -1.0, 0.0), ahead.shape), bend))
+    for (_, toe), bent in zip(FOOT_AND_TOE_BODIES, by_blocks(block, len(motion)), strict=True):
+        local[:, toe] = bent
     return replace(motion, local_rotations=local)
+
+
+def _bent(motion: BodyMotion, toe: int, positions: np.ndarray, rotations: np.ndarray) -> np.ndarray:
+    """Return the local rotations (T, 4) of a toe that gives way to the ground, from its places (T, 3) [m] and rotations (T, 4)."""
+    ahead = rotate(rotations, np.broadcast_to((1.0, 0.0, 0.0), positions.shape))
+    corners = np.array(BODIES[toe].shape.points)
+    clear = positions[:, 2] + corners[:, 2].min()
+    steepest = 0.5 * np.pi * np.clip(clear / TOE_RELEASE, 0.0, 1.0)
+    bend = np.clip(-np.arcsin(np.clip(ahead[:, 2], -1.0, 1.0)) - steepest, 0.0, TOE_BEND)
+    return multiply(motion.local_rotations[:, toe], from_axis_angle(np.broadcast_to((0.0, -1.0, 0.0), ahead.shape), bend))
 
 
 def _body_pose(world: WorldPoses, calibration: PerformerCalibration) -> tuple[np.ndarray, np.ndarray]:

@@ -47,7 +47,8 @@ class TreeEdits:
             rotations: Rotation of each relative to its parent, wxyz, shape (T, joints, 4).
 
         Returns:
-            The same of the clip's joints, shapes (T, J, 3) and (T, J, 4); feet that were added keep their shin's rotation.
+            The same of the clip's joints, shapes (T, J, 3) and (T, J, 4), in the very arrays where the tree is the file's; feet that
+            were added keep their shin's rotation.
         """
         if self.turned:
             places, turns = forward_kinematics(self.file_parents, positions, rotations)
@@ -58,7 +59,7 @@ class TreeEdits:
             offsets = np.broadcast_to([offset for _, offset in self.added], (len(positions), len(self.added), 3))
             positions = np.concat([positions, offsets], axis=1)
             rotations = np.concat([rotations, np.broadcast_to((1.0, 0.0, 0.0, 0.0), (*offsets.shape[:2], 4))], axis=1)
-        positions, rotations = positions.copy(), rotations.copy()
+        positions = positions.copy() if self.moved else positions
         for joint, shift in self.moved.items():
             positions[:, joint] += shift
         return positions, rotations

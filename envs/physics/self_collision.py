@@ -14,7 +14,7 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from datasets.cleanup.foot_contacts import debounce_labels, true_spans
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES, HINGES, body_in_words, hinge_angles, rotations_from_hinges, split_side
-from datasets.motion.kinematics import body_poses, lowest_point_heights
+from datasets.motion.kinematics import body_poses, clip_lowest_heights
 from envs.physics.humanoid_mjcf import build_overlap_model
 
 # Compliance of hinges: that of arms is higher than that of legs, which stand; back, collars, head and feet keep their angles.
@@ -28,6 +28,9 @@ DAMPING = 1e-2  # m^2/rad^2, of the least squares: limits the turns of joints th
 ARM_BLEND_S, LEG_BLEND_S = 0.15, 0.8  # s, in which corrections of arms and legs rise and fall; a leg's must not make its foot slide
 # s, time constant of a frame's correction as the start of the next, so that a limb that went deep goes out on the side where it came in.
 CORRECTION_DECAY_S = 0.05
+NEGLIGIBLE_CHANGE_RAD = 1e-9  # rad, of a decaying change, under which it is none, so that frames far from overlaps are left alone
+# s, farthest that smoothing carries a correction: SciPy cuts a Gaussian, whose deviation is half of the blend, off at four of them.
+MAX_REACH_S = 4.0 * 0.5 * max(ARM_BLEND_S, LEG_BLEND_S) + ARM_BLEND_S
 MIN_TOLD_OVERLAP_M, MERGED_GAP_S = 0.03, 0.5  # m and s: overlaps as deep as this are listed, those of one pair as near as this as one
 _LIMB_NAMES = {"arm": ("upper_arm", "forearm", "hand"), "leg": ("thigh", "shin", "foot", "toe")}
 _LIMBS = [[BODY_NAMES.index(f"{part}_{side}") for part in parts] for parts in _LIMB_NAMES.values() for side in "lr"]  # both arms, both legs
@@ -66,25 +69,23 @@ def remove_self_penetration(motion: BodyMotion) -> BodyMotion:
 
     Source: damped least squares on the contacts that MuJoCo detects in each pose.
     """
-    body, separated = _Body(), motion
-    bearing = _bearing_legs(motion)
+    body, poses, bearing = _Body(), _generalised_positions(motion), _bearing_legs(motion)
+    decay, reach = np.exp(-1.0 / (CORRECTION_DECAY_S * motion.fps)), round(MAX_REACH_S * motion.fps)
+    own, seen = poses[:, 7:].copy(), np.ones(len(poses), dtype=bool)
     for _ in range(NUM_PASSES):
-        poses = _generalised_positions(separated)
-        away = body.corrections(poses, bearing, np.exp(-1.0 / (CORRECTION_DECAY_S * motion.fps)))
-        if not away.any():
+        away = body.corrections(poses, bearing, decay, seen)
+        seen = _widened(np.any(away != 0.0, axis=1), reach)  # the others keep their poses, in which nothing was found
+        if not seen.any():
             break
-        arms, legs = (
-            gaussian_filter1d(part, 0.5 * blend * motion.fps, axis=0, mode="nearest")
-            for part, blend in ((_extend_peaks(away, ARM_BLEND_S * motion.fps), ARM_BLEND_S), (away, LEG_BLEND_S))
-        )
-        turned = poses[:, 7:] + np.where(_OF_LEGS, legs, arms)
-        separated = replace(separated, local_rotations=rotations_from_hinges(separated.local_rotations[:, 0], turned))
-    return motion if separated is motion else _without_far_shifts(motion, separated)
+        for start, stop in true_spans(seen):  # corrections are zero at both ends of a span, unless the clip ends there
+            poses[start:stop, 7:] += _smoothed(away[start:stop], motion.fps)
+    changed = np.any(poses[:, 7:] != own, axis=1)
+    return _without_far_shifts(motion, poses[:, 7:], changed) if changed.any() else motion
 
 
 def find_overlaps(motion: BodyMotion) -> tuple[Overlap, ...]:
     """Return the spans of a clip in which bodies overlap by ``MIN_TOLD_OVERLAP_M`` or more, the deepest first."""
-    depths = _Body().depths(_generalised_positions(motion))
+    depths = overlap_depths(motion)
     gap = round(MERGED_GAP_S * motion.fps) + 1
     found = []
     for pair, depth in depths.items():
@@ -94,6 +95,11 @@ def find_overlaps(motion: BodyMotion) -> tuple[Overlap, ...]:
     return tuple(sorted(found, key=lambda overlap: -overlap.depth_mm))
 
 
+def overlap_depths(motion: BodyMotion) -> dict[tuple[str, str], np.ndarray]:
+    """Return how deep the shapes of each pair of bodies that ever do overlap [m], shape (T,), by the names of both."""
+    return _Body().depths(_generalised_positions(motion))
+
+
 def _generalised_positions(motion: BodyMotion) -> np.ndarray:
     """Return the generalised positions of a clip, shape (T, 50)."""
     return np.concat([motion.root_position, motion.local_rotations[:, 0], hinge_angles(motion.local_rotations)], axis=1)
@@ -101,20 +107,45 @@ def _generalised_positions(motion: BodyMotion) -> np.ndarray:
 
 def _bearing_legs(motion: BodyMotion) -> np.ndarray:
     """Return whether the left and the right leg stand or rest on the ground, shape (T, 2)."""
-    heights = lowest_point_heights(*body_poses(motion))
+    heights = clip_lowest_heights(motion)
     return np.stack([heights[:, leg[1:]].min(axis=1) < BEARING_HEIGHT_M for leg in _LEGS], axis=1)
 
 
-def _without_far_shifts(motion: BodyMotion, separated: BodyMotion) -> BodyMotion:
-    """Return the separated clip with those corrections of a limb undone, from where they begin to where they end, that move a joint far."""
-    moved = np.linalg.norm(body_poses(separated)[0] - body_poses(motion)[0], axis=-1)
-    local = separated.local_rotations.copy()
-    for limb in _LIMBS:
-        shift = moved[:, limb].max(axis=1)
-        for start, stop in true_spans(shift > 1e-4).tolist():
-            if shift[start:stop].max() > MAX_SHIFT_M:
-                local[start:stop, limb] = motion.local_rotations[start:stop, limb]
-    return replace(separated, local_rotations=local)
+def _without_far_shifts(motion: BodyMotion, angles: np.ndarray, changed: np.ndarray) -> BodyMotion:
+    """Return the clip with other hinge angles where a limb's joints stay near; what would move one far is undone from beginning to end.
+
+    Args:
+        motion: Clip of T frames.
+        angles: Other hinge angles [rad], shape (T, 43).
+        changed: Frames in which they differ, shape (T,).
+    """
+    local = motion.local_rotations.copy()
+    for start, stop in true_spans(changed):
+        part = motion.cut(start, stop)
+        turned = rotations_from_hinges(part.local_rotations[:, 0], angles[start:stop])
+        turned *= np.where(np.sum(turned * part.local_rotations, axis=-1, keepdims=True) < 0.0, -1.0, 1.0)  # no sign flips at the ends
+        moved = np.linalg.norm(body_poses(replace(part, local_rotations=turned))[0] - body_poses(part)[0], axis=-1)
+        for limb in _LIMBS:
+            shift = moved[:, limb].max(axis=1)
+            for begin, end in true_spans(shift > 1e-4).tolist():
+                if shift[begin:end].max() > MAX_SHIFT_M:
+                    turned[begin:end, limb] = part.local_rotations[begin:end, limb]
+        local[start:stop] = turned
+    return replace(motion, local_rotations=local)
+
+
+def _widened(flags: np.ndarray, frames: int) -> np.ndarray:
+    """Return flags (T,) that are also True up to so many frames before and after each."""
+    wide = np.zeros_like(flags)
+    for start, stop in true_spans(flags):
+        wide[max(0, start - frames) : stop + frames] = True
+    return wide
+
+
+def _smoothed(away: np.ndarray, fps: float) -> np.ndarray:
+    """Return corrections (T, 43) that rise and fall smoothly; they reach up to ``MAX_REACH_S`` farther."""
+    arms = gaussian_filter1d(_extend_peaks(away, ARM_BLEND_S * fps), 0.5 * ARM_BLEND_S * fps, axis=0, mode="nearest")
+    return np.where(_OF_LEGS, gaussian_filter1d(away, 0.5 * LEG_BLEND_S * fps, axis=0, mode="nearest"), arms)
 
 
 def _extend_peaks(away: np.ndarray, width: float) -> np.ndarray:
@@ -128,6 +159,8 @@ class _Body:
 
     def __init__(self) -> None:
         self._model = build_overlap_model()
+        of_world = self._model.geom_bodyid == 0  # the ground, on which feet stand in most frames: no part of the body
+        self._model.geom_contype[of_world] = self._model.geom_conaffinity[of_world] = 0
         self._data = mujoco.MjData(self._model)
         self._compliance = np.array([JOINT_COMPLIANCE.get(split_side(BODY_NAMES[body])[0], 0.0) for body, _ in HINGES])
         self._jacobians = np.zeros((2, 3, self._model.nv))
@@ -146,17 +179,22 @@ class _Body:
                 track[frame] = max(track[frame], depth)
         return found
 
-    def corrections(self, poses: np.ndarray, bearing: np.ndarray, decay: float) -> np.ndarray:
-        """Return the changes of the hinges that end the overlaps of poses [rad], shape (T, 43); zero before the first overlap.
+    def corrections(self, poses: np.ndarray, bearing: np.ndarray, decay: float, seen: np.ndarray) -> np.ndarray:
+        """Return the changes of the hinges that end the overlaps of poses [rad], shape (T, 43); zero where nothing overlaps nearby.
 
         Args:
             poses: Generalised positions, shape (T, 50).
             bearing: Whether the left and the right leg stand or rest on the ground, shape (T, 2).
             decay: Share of the previous frame's change from which each begins.
+            seen: Frames that may overlap, shape (T,); in others nothing does.
         """
-        away, before = np.zeros((len(poses), len(HINGES))), np.zeros(len(HINGES))
-        for now, pose, rests in zip(away, poses, bearing.tolist(), strict=True):
-            now[:] = before = self._correction(pose, {2 + leg for leg in range(2) if rests[leg]}, decay * before)
+        away, change = np.zeros((len(poses), len(HINGES))), np.zeros(len(HINGES))
+        for frame, (look, rests) in enumerate(zip(seen.tolist(), bearing.tolist(), strict=True)):
+            if look or change.any():
+                change = self._correction(poses[frame], {2 + leg for leg in range(2) if rests[leg]}, decay * change)
+                if np.abs(change).max() < NEGLIGIBLE_CHANGE_RAD:
+                    change = np.zeros_like(change)
+                away[frame] = change
         return away
 
     def _correction(self, pose: np.ndarray, resting: set[int], change: np.ndarray) -> np.ndarray:
@@ -197,10 +235,10 @@ class _Body:
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
         mujoco.mj_collision(model, data)
+        if not data.ncon:
+            return []
         bodies = model.geom_bodyid[data.contact.geom] - 1
-        return [
-            (bodies[contact], -float(data.contact.dist[contact]), int(contact)) for contact in np.flatnonzero(np.all(bodies >= 0, axis=1))
-        ]
+        return [(pair, -depth, contact) for contact, (pair, depth) in enumerate(zip(bodies, data.contact.dist.tolist(), strict=True))]
 
     def _distance_jacobian(self, contact: int) -> np.ndarray:
         """Return the Jacobian of the distance between the two shapes of a contact with respect to the hinges, shape (43,) [m/rad]."""

@@ -2,15 +2,19 @@
 
 import argparse
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from datetime import timedelta
+from math import ceil
 from pathlib import Path
 
 import torch
-from rich.console import Console
+from rich.console import Console, RenderableType
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeRemainingColumn
+from rich.progress import Progress, ProgressColumn, SpinnerColumn, Task, TextColumn
+from rich.progress_bar import ProgressBar
+from rich.text import Text
 
 from agents.weights.pretrained import PRETRAINED_POLICY
 from configs.errors import InputError
@@ -29,6 +33,7 @@ from datasets.retarget.mapping_draft import JointMapError, save_draft
 from datasets.retarget.performer_clip import read_performer_file
 from datasets.retarget.reading_options import add_reading_options, mapping_from_options, parse_reading
 from eval.clean.pipeline import STAGES, CleaningPipeline
+from eval.clean.progress import REPORTING, CleaningProgress, expected_seconds
 from eval.clean.report import write_clip_report, write_folder_report
 from eval.clean.result import CleaningResult
 from eval.clean.samcon import GOOD, QUALITIES
@@ -100,29 +105,31 @@ def clean_files(
     check_writable(target if source.is_dir() else target.parent)
     for file, out in clips:
         begin = time.monotonic()
-        try:
-            with _progress(console, f"cleaning {file.name}") as progress:
-                bvh, cleaned = pipeline.clean(read_performer_file(file, mapping), file.stem, mapping, progress=progress)
-            with reporting_write_errors(out):
-                out.parent.mkdir(parents=True, exist_ok=True)
-                written = write_motion_file(out, bvh, file)
-        except InputError as failure:
-            error = failure
-            if isinstance(failure, JointMapError) and failure.draft not in drafts:  # one for all clips of the same skeleton
-                drafts.add(failure.draft)
-                error = save_draft(failure, file.stem, Path())
-            told = f"{error}" if str(file) in str(error) else f"{file}: {error}"
-            if source.is_file():
-                raise InputError(told) from failure
-            console.print(escape(f"{told}; left out"))
-            num_failed += 1
-            continue
-        console.print(escape(_line(file, out, cleaned, time.monotonic() - begin, written)))
-        if report:
-            page = report / _page_name(out, [each for _, each in clips]).relative_to(target) if source.is_dir() else report
-            with console.status("writing the report"), reporting_write_errors(page):
-                reports[str(page.relative_to(report))] = write_clip_report(cleaned, page)
-            console.print(escape(f"  report: {page / 'index.html'}"))
+        with _progress(console, file, pipeline, report is not None) as progress:
+            try:
+                recorded = read_performer_file(file, mapping)
+                bvh, cleaned = pipeline.clean(recorded, file.stem, mapping, progress=progress)
+                with reporting_write_errors(out):
+                    out.parent.mkdir(parents=True, exist_ok=True)
+                    written = write_motion_file(out, bvh, file)
+            except InputError as failure:
+                error = failure
+                if isinstance(failure, JointMapError) and failure.draft not in drafts:  # one for all clips of the same skeleton
+                    drafts.add(failure.draft)
+                    error = save_draft(failure, file.stem, Path())
+                told = f"{error}" if str(file) in str(error) else f"{file}: {error}"
+                if source.is_file():
+                    raise InputError(told) from failure
+                console.print(escape(f"{told}; left out"))
+                num_failed += 1
+                continue
+            console.print(escape(_line(file, out, cleaned, time.monotonic() - begin, written)))
+            if report:
+                progress(REPORTING)
+                page = report / _page_name(out, [each for _, each in clips]).relative_to(target) if source.is_dir() else report
+                with reporting_write_errors(page):
+                    reports[str(page.relative_to(report))] = write_clip_report(cleaned, page)
+                console.print(escape(f"  report: {page / 'index.html'}"))
     if report and source.is_dir() and reports:
         with reporting_write_errors(report):
             write_folder_report(reports, report)
@@ -138,14 +145,42 @@ def _page_name(out: Path, every: list[Path]) -> Path:
 
 
 @contextmanager
-def _progress(console: Console, title: str) -> Iterator[Callable[[float], None]]:
-    """Draw a bar with the time left, which takes the share that is done, while a clip is cleaned; nothing where there is no terminal."""
-    with Progress(
-        SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn(),
-        console=console, transient=True, disable=not console.is_terminal,
-    ) as bar:  # fmt: skip
-        task = bar.add_task(escape(title), total=1.0)
-        yield lambda share: bar.update(task, completed=share)
+def _progress(console: Console, file: Path, pipeline: CleaningPipeline, report: bool) -> Iterator[CleaningProgress]:
+    """Draw a bar with the stage and the time left while a file is cleaned; nothing where there is no terminal."""
+    search, threads = (pipeline.simulator.search, pipeline.simulator.threads) if pipeline.simulator else (None, 1)
+    done = CleaningProgress(expected_seconds(file.stat().st_size, search, threads, report))
+    columns = SpinnerColumn(), TextColumn("{task.description}"), _Stage(done), _Bar(done), _TimeLeft(done)
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        bar.add_task(escape(file.name), total=1.0)
+        yield done
+
+
+class _Stage(ProgressColumn):
+    """Column with the stage of a cleaning."""
+
+    def __init__(self, progress: CleaningProgress) -> None:
+        super().__init__()
+        self._progress = progress
+
+    def render(self, task: Task) -> RenderableType:
+        """Return the name of the stage."""
+        return Text(self._progress.stage)
+
+
+class _Bar(_Stage):
+    """Column with a bar of the share of a cleaning that is done."""
+
+    def render(self, task: Task) -> RenderableType:
+        """Return the bar."""
+        return ProgressBar(total=1.0, completed=self._progress.share, width=30)
+
+
+class _TimeLeft(_Stage):
+    """Column with the time that a cleaning will still take."""
+
+    def render(self, task: Task) -> RenderableType:
+        """Return hours, minutes and seconds."""
+        return Text(f"{timedelta(seconds=ceil(self._progress.seconds_left))} left")
 
 
 def _line(file: Path, out: Path, cleaned: CleaningResult, seconds: float, written: tuple[str, ...]) -> str:

@@ -8,8 +8,9 @@ import numpy as np
 
 from datasets.cleanup.foot_contacts import debounce_labels, true_spans
 from datasets.motion.clip import BodyMotion
+from datasets.motion.frame_blocks import by_blocks
 from datasets.motion.humanoid import BODY_NAMES, body_in_words
-from eval.metrics.artefact_tracks import distances_local
+from eval.metrics.artefact_tracks import check_pair, joints_from_root
 
 MAX_SILENT_DISTANCE_M = 0.05  # m, roots aligned; what is moved farther is told
 MERGED_GAP_S = 0.5  # s between two spans that are told as one
@@ -47,14 +48,21 @@ def find_moved_spans(recorded: BodyMotion, after_stage: Mapping[str, BodyMotion]
         after_stage: Clip after each stage by the stage's name, in their order.
     """
     clips = [recorded, *after_stage.values()]
-    moved = distances_local(clips[-1], recorded)  # (T, 20)
-    by_stage = np.stack([distances_local(after, before) for before, after in pairwise(clips)])
+    for clip in clips[1:]:
+        check_pair(clip, recorded)
+
+    def block(part: slice) -> tuple[np.ndarray, ...]:
+        places = [joints_from_root(clip.cut(part.start, part.stop)) for clip in clips]
+        by_stage = [np.linalg.norm(after - before, axis=-1) for before, after in pairwise(places)]
+        return np.linalg.norm(places[-1] - places[0], axis=-1), np.argmax(by_stage, axis=0).astype(np.int8)
+
+    moved, largest = by_blocks(block, len(recorded))  # (T, 20) each: distance, and index of the stage that moved the joint most
     spans = []
     far = debounce_labels(moved.max(axis=1) > MAX_SILENT_DISTANCE_M, shortest=0, gap=round(MERGED_GAP_S * recorded.fps) + 1)
     for start, stop in true_spans(far).tolist():
         frame, body = np.unravel_index(moved[start:stop].argmax(), (stop - start, moved.shape[1]))
         frame += start
-        stage = list(after_stage)[by_stage[:, frame, body].argmax()]
+        stage = list(after_stage)[largest[frame, body]]
         ends = start / recorded.fps, (stop - 1) / recorded.fps
         spans.append(MovedSpan(*ends, BODY_NAMES[body], 1e3 * float(moved[frame, body]), stage))
     return tuple(spans)

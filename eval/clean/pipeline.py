@@ -2,8 +2,9 @@
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple, Self
+from typing import Self
 
 import numpy as np
 
@@ -13,18 +14,19 @@ from datasets.cleanup.off_feet_spans import OffFeetSpan
 from datasets.cleanup.performer_foot_lock import lock_performer_feet
 from datasets.formats.bvh import Bvh
 from datasets.imu.recording import measured_accelerations
-from datasets.motion.clip import FPS, BodyMotion
+from datasets.motion.clip import FPS, BodyMotion, Motion
 from datasets.motion.kinematics import resample, resample_to
 from datasets.retarget.joint_mapping import JointMapping
 from datasets.retarget.performer_clip import performer_clip_from_bvh
 from datasets.retarget.plausibility import find_implausible
 from datasets.retarget.reading import describe_reading
-from datasets.retarget.retarget import retarget, retarget_with
+from datasets.retarget.retarget import Retargeted, retarget, retarget_with
 from datasets.retarget.transfer_back import to_performer_bvh, to_zero_ground, transfer_back
 from envs.physics.self_collision import find_overlaps
 from eval.clean.believed_root import locate_root
 from eval.clean.misalignments import misalignment_notice
 from eval.clean.moved_joints import find_moved_spans, moved_notice
+from eval.clean.progress import COMPARING, REPAIRING, RESTORING, RETARGETING, ROOT, SIMULATING, TRANSFERRING, WRITING
 from eval.clean.remaining_overlaps import overlap_notice
 from eval.clean.restored_poses import RestoredPoses, restore_clip
 from eval.clean.result import CleaningResult
@@ -75,7 +77,7 @@ class CleaningPipeline:
         name: str,
         mapping: JointMapping | None = None,
         truth: BodyMotion | None = None,
-        progress: Callable[[float], None] = lambda _: None,
+        progress: Callable[[str, float], None] = lambda _stage, _share: None,
     ) -> tuple[Bvh, CleaningResult]:
         """Return a cleaned clip: the BVH to write, and the clip before and after for the report.
 
@@ -84,22 +86,28 @@ class CleaningPipeline:
             name: Name of the clip in messages and in the report.
             mapping: Joint names, unit, axes, rate and ground that the user gave.
             truth: Clean clip behind the input at 60 fps, where it is known; measured in the report, never used.
-            progress: Called with the share of the frames that were simulated, again and again: that is what takes time.
+            progress: Called with the name of each stage of ``eval.clean.progress`` as it begins, and with the share of it that is done.
 
         Raises:
             InputError: If no human skeleton is found in the file.
         """
+        progress(RETARGETING, 0.0)
         performer = performer_clip_from_bvh(bvh, name, mapping)  # own skeleton, in metres, Z up
         retargeted = retarget(performer)  # 20 bodies, own rate
         recorded = resample(retargeted.motion, FPS)
+        read, read_as = (*performer.notices, *find_implausible(retargeted)), describe_reading(retargeted)
+        progress(RESTORING, 0.0)
         poses = restore_clip(self.restorer, recorded)
+        progress(ROOT, 0.0)
         rooted, off_feet = locate_root(poses.motion, measured_accelerations(bvh, retargeted, poses.motion))
+        progress(REPAIRING, 0.0)
         repaired = repair_kinematically(rooted, off_feet, poses.contacts)
-        simulated = simulate_grounded_spans(self.simulator, repaired, off_feet, poses.contacts, progress)
-        at_own_rate = _to_recording_rate(simulated, off_feet, retargeted.motion)
-        transferred = transfer_back(retargeted, at_own_rate.motion)  # own skeleton again
-        output = lock_performer_feet(transferred, retargeted, at_own_rate.contacts, at_own_rate.level)
+        progress(SIMULATING, 0.0)
+        simulated = simulate_grounded_spans(self.simulator, repaired, off_feet, poses.contacts, partial(progress, SIMULATING))
+        progress(TRANSFERRING, 0.0)
+        output = _to_performer(retargeted, simulated, off_feet)  # own skeleton again, own rate
         cleaned = replace(resample(retarget_with(retargeted, output), FPS), name=name)
+        progress(COMPARING, 0.0)
         restarts = tuple(start / FPS for start in simulated.segment_starts[1:])
         after_stage = {
             "restoring": rooted,
@@ -109,7 +117,6 @@ class CleaningPipeline:
         }
         moved = find_moved_spans(recorded, after_stage)
         overlaps = find_overlaps(cleaned)
-        read = (*performer.notices, *find_implausible(retargeted))
         notices = (
             *read,
             *_pose_notices(poses),
@@ -130,27 +137,24 @@ class CleaningPipeline:
             moved,
             overlaps,
             truth,
-            describe_reading(retargeted),
+            read_as,
             performer.damage,
         )
+        progress(WRITING, 0.0)
         written = to_performer_bvh(bvh, performer, output)
         return (to_zero_ground(written, retargeted) if performer.mapping.zero_ground else written), result
 
 
-class _ClipAtOwnRate(NamedTuple):
-    """A clip of T frames at the recording's own rate: when each foot bears weight, and when the ground is level."""
+def _to_performer(retargeted: Retargeted, simulated: SimulatedClip, off_feet: list[OffFeetSpan]) -> Motion:
+    """Return a simulated clip on its performer's skeleton at the recording's own rate, with locked feet.
 
-    motion: BodyMotion
-    contacts: np.ndarray  # (T, 2)
-    level: np.ndarray  # (T,)
-
-
-def _to_recording_rate(simulated: SimulatedClip, off_feet: list[OffFeetSpan], recording: BodyMotion) -> _ClipAtOwnRate:
-    """Return a simulated clip at the rate of its recording; contacts and level ground are those of the nearest frame at 60 fps."""
-    motion = resample_to(simulated.motion, len(recording), recording.fps)
+    Contacts and level ground are those of the nearest frame at 60 fps.
+    """
+    motion = resample_to(simulated.motion, len(retargeted.motion), retargeted.motion.fps)
     frames = len(simulated.contacts)
     nearest = np.minimum(np.arange(len(motion)) * FPS / motion.fps + 0.5, frames - 1).astype(int)
-    return _ClipAtOwnRate(motion, simulated.contacts[nearest], ~frame_mask(off_feet, frames)[nearest])
+    level = ~frame_mask(off_feet, frames)[nearest]
+    return lock_performer_feet(transfer_back(retargeted, motion), retargeted, simulated.contacts[nearest], level)
 
 
 def _pose_notices(poses: RestoredPoses) -> tuple[str, ...]:

@@ -8,10 +8,10 @@ from urllib.parse import quote
 
 import numpy as np
 
-from eval.clean.report_data import collect_report_data, frames_csv
+from eval.clean.report_data import collect_report_data, frames_csv, tracks_by_side
 from eval.clean.result import CleaningResult
 from eval.clean.video import render_cleaning
-from eval.metrics.artefact_tracks import compute_artefact_tracks, distances_local, distances_world
+from eval.metrics.artefact_tracks import ArtefactTracks, distances_local, distances_world
 from eval.metrics.catalogue import metrics_with_values
 from eval.metrics.rollout_motion import mean_over_clips
 from eval.pages.artefact_plots import plot_artefacts, plot_over_time, spans_in_seconds
@@ -33,11 +33,12 @@ def write_clip_report(cleaned: CleaningResult, out: Path) -> dict[str, Any]:
     Returns:
         What ``report.json`` holds.
     """
-    report = collect_report_data(cleaned)
+    tracks = tracks_by_side(cleaned)
+    report = collect_report_data(cleaned, tracks)
     pictures = render_cleaning(cleaned, [one["frame"] for one in report["most_changed"]])
     notices = [*cleaned.notices, *([] if pictures else [f"{INSTALL_HINT[0].upper()}{INSTALL_HINT[1:]}."])]
     sides = [(side, values) for side, values in report["artefacts"].items() if values]
-    metrics, plots = metrics_with_values(report["artefacts"]["after"]), _plots(cleaned)
+    metrics, plots = metrics_with_values(report["artefacts"]["after"]), _plots(cleaned, tracks)
     page = render_page(
         "clean/report.html.j2", {}, report=report, notices=notices, pictures=pictures, sides=sides, metrics=metrics, plots=plots
     )
@@ -66,12 +67,10 @@ def write_folder_report(reports: Mapping[str, dict[str, Any]], out: Path) -> Non
     write_whole(out / "index.html", page)
 
 
-def _plots(cleaned: CleaningResult) -> list[tuple[str, Figure]]:
+def _plots(cleaned: CleaningResult, sides: Mapping[str, ArtefactTracks]) -> list[tuple[str, Figure]]:
     """Return all plots over time as (title, figure)."""
-    fps, truth = cleaned.before.fps, cleaned.truth
+    fps = cleaned.before.fps
     kept, restarts = spans_in_seconds(cleaned.kept, fps), cleaned.restarts
-    sides = {"before": compute_artefact_tracks(cleaned.before, truth), "after": compute_artefact_tracks(cleaned.after, truth)}
-    sides |= {"truth": compute_artefact_tracks(truth, truth)} if truth else {}
     moved = {
         "roots aligned": (1e3 * distances_local(cleaned.after, cleaned.before).mean(axis=1), RECORDED),
         "in the world": (1e3 * distances_world(cleaned.after, cleaned.before).mean(axis=1), GREY),

@@ -1,5 +1,6 @@
 """The numbers of a cleaned clip's report: ``report.json`` and ``frames.csv``."""
 
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -7,8 +8,8 @@ import numpy as np
 
 from datasets.motion.humanoid import BODY_NAMES
 from eval.clean.result import CleaningResult
-from eval.metrics.artefact_tracks import contacts_by_height, distances_local, distances_world
-from eval.metrics.artefacts import artefact_metrics, contact_agreement
+from eval.metrics.artefact_tracks import CONTACT_BY_HEIGHT_M, ArtefactTracks, compute_artefact_tracks, distances_local, distances_world
+from eval.metrics.artefacts import contact_agreement, distance_metrics, metrics_of_tracks
 from eval.pages.artefact_plots import spans_in_seconds
 
 MAX_MOMENTS = 6  # pictures of the frames that were changed most
@@ -17,21 +18,34 @@ MIN_DEVIATION_M = 1e-3  # m, of a change that is worth a picture
 CSV_HEADER = "frame,seconds,confidence,kept,contact_left,contact_right,deviation_local_mm,deviation_world_mm,assist_bw"
 
 
-def collect_report_data(cleaned: CleaningResult) -> dict[str, Any]:
-    """Return the content of ``report.json``; metrics by the ids and in the units of docs/metrics.md."""
+def tracks_by_side(cleaned: CleaningResult) -> dict[str, ArtefactTracks]:
+    """Return the artefact tracks of "before", "after" and, where it is known, "truth"."""
+    truth = cleaned.truth
+    sides = {"before": cleaned.before, "after": cleaned.after} | ({"truth": truth} if truth else {})
+    return {side: compute_artefact_tracks(clip, truth) for side, clip in sides.items()}
+
+
+def collect_report_data(cleaned: CleaningResult, tracks: Mapping[str, ArtefactTracks] | None = None) -> dict[str, Any]:
+    """Return the content of ``report.json``; metrics by the ids and in the units of docs/metrics.md.
+
+    Args:
+        cleaned: The clip before and after.
+        tracks: Artefact tracks from ``tracks_by_side``, where they are known already.
+    """
     local, world = _deviations(cleaned)
-    fps = cleaned.before.fps
-    sides = {
-        "before": artefact_metrics(cleaned.before, cleaned.truth),
-        "after": artefact_metrics(cleaned.after, cleaned.truth, cleaned.before),
-    }
+    fps, truth = cleaned.before.fps, cleaned.truth
+    tracks = tracks or tracks_by_side(cleaned)
+    sides = {side: metrics_of_tracks(own) for side, own in tracks.items()}
+    sides["before"] |= distance_metrics(cleaned.before, truth, None)
+    sides["after"] |= distance_metrics(cleaned.after, truth, cleaned.before)
+    by_height = tracks["after"].foot_height < CONTACT_BY_HEIGHT_M
     return {
         "name": cleaned.name,
         "read_as": cleaned.read_as,
         "frames": len(cleaned.before),
         "fps": fps,
         "seconds": cleaned.before.seconds,
-        "artefacts": sides | {"truth": artefact_metrics(cleaned.truth, cleaned.truth) if cleaned.truth else {}},
+        "artefacts": sides | {"truth": sides.get("truth", {})},
         "deviation": {"local": _spread_mm(local), "world": _spread_mm(world)},
         "confidence": {
             "mean": float(cleaned.confidence.mean()),
@@ -41,7 +55,7 @@ def collect_report_data(cleaned: CleaningResult) -> dict[str, Any]:
         "kept": {"share": float(cleaned.kept.mean()), "spans": spans_in_seconds(cleaned.kept, fps)},
         "seams": list(cleaned.restarts),
         "assist_bw": {"mean": cleaned.mean_assist, "largest": float(cleaned.assist.max())},
-        "contact_rule": contact_agreement(cleaned.contacts[cleaned.simulated], contacts_by_height(cleaned.after)[cleaned.simulated]),
+        "contact_rule": contact_agreement(cleaned.contacts[cleaned.simulated], by_height[cleaned.simulated]),
         "most_changed": find_most_changed_frames(cleaned),
         "moved": [asdict(span) for span in cleaned.moved],
         "overlaps": [asdict(overlap) for overlap in cleaned.overlaps],

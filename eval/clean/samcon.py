@@ -139,6 +139,7 @@ class SamconSearch:
         observation, _ = env.reset(options={"clip": one, "frame": one + start, "frames": one + self._frames})
         first = self._snapshot(self._physics.motion())
         score, parents, windows, steps_done, steps_on_track = np.zeros(count), np.arange(count), [], 0, one
+        num_pruned = 0  # windows
         num_survivors = 1  # different states among the samples; the others are their copies
         while steps_done < steps:
             substates, steps_on_track = [], np.zeros(count, dtype=int)  # in this window
@@ -152,7 +153,8 @@ class SamconSearch:
             steps_done += len(substates) // FRAMES_PER_STEP
             windows.append(_Window(parents, np.stack(substates, axis=1)))
             if len(windows) % WINDOWS_BETWEEN_PRUNINGS == 0:
-                windows = _prune(windows)
+                _prune(windows, num_pruned)
+                num_pruned = len(windows)
             self._after_frames(len(substates))
             on_track = FRAMES_PER_STEP * steps_on_track == len(substates)
             if steps_done == steps or not on_track.any():
@@ -202,16 +204,22 @@ def _head_from_com(bodies: BodyState | Observed) -> np.ndarray:
     return bodies.pos[:, HEAD_BODY] - bodies.com
 
 
-def _prune(windows: list[_Window]) -> list[_Window]:
-    """Return the windows with those samples only that led to one of the last window's, so that a long clip takes little memory."""
-    alive, kept = np.arange(len(windows[-1].parents)), []
-    for window in reversed(windows):
+def _prune(windows: list[_Window], num_pruned: int) -> None:
+    """Remove all samples but those that led to one of the last window's, so that a long clip takes little memory.
+
+    Args:
+        windows: Windows, replaced in the list.
+        num_pruned: Number of them that were pruned before; where such a one keeps all its samples, those before it do, too.
+    """
+    alive = np.arange(len(windows[-1].parents))
+    for at in range(len(windows) - 1, -1, -1):
         rows, row_of = np.unique(alive, return_inverse=True)
-        if kept:
-            kept[-1] = kept[-1]._replace(parents=row_of)
-        alive = window.parents[rows]
-        kept.append(_Window(alive, window.substates[rows]))
-    return kept[::-1]
+        if at + 1 < len(windows):
+            windows[at + 1] = windows[at + 1]._replace(parents=row_of)
+        if at < num_pruned and len(rows) == len(windows[at].parents):
+            break
+        alive = windows[at].parents[rows]
+        windows[at] = _Window(alive, windows[at].substates[rows])
 
 
 def _backtrack(start: int, first: np.ndarray, windows: list[_Window], steps_on_track: np.ndarray) -> Segment:

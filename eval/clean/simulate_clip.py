@@ -1,6 +1,6 @@
 """Simulates a whole clip: segments of the search one after the other, blended into the clip by how near they stay to it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -9,6 +9,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from datasets.motion.clip import BodyMotion
 from datasets.motion.curves import smooth_step
+from datasets.motion.frame_blocks import frame_blocks
 from datasets.motion.humanoid import rotations_from_hinges
 from datasets.motion.rotation import normalise
 from datasets.motion.smoothing import smooth_motion
@@ -64,9 +65,8 @@ def simulate_clip(
     """
     padded = clip if len(clip) % FRAMES_PER_STEP else _repeat_last_frame(clip)  # so that the last control step ends in the last frame
     segments = list(SamconSearch(simulator, padded, after_frames=after_frames).segments())
-    simulated, contacts, assist = padded, np.zeros((len(padded), 2), dtype=bool), np.zeros(len(padded))
-    for segment in segments:  # each begins in the last frame of the one before, in the reference's pose
-        simulated = write_segment(simulated, segment)
+    simulated, contacts, assist = write_segments(padded, segments), np.zeros((len(padded), 2), dtype=bool), np.zeros(len(padded))
+    for segment in segments:
         part = slice(segment.start, segment.start + len(segment.poses))
         contacts[part] = contacts_from_loads(foot_loads(segment.poses, segment.velocities, segment.targets))
         assist[part] = segment.assist
@@ -86,11 +86,13 @@ def _repeat_last_frame(clip: BodyMotion) -> BodyMotion:
     return replace(clip, root_position=clip.root_position[frames], local_rotations=clip.local_rotations[frames])
 
 
-def write_segment(clip: BodyMotion, segment: Segment) -> BodyMotion:
-    """Return the clip with the poses of a segment in its frames."""
+def write_segments(clip: BodyMotion, segments: Sequence[Segment]) -> BodyMotion:
+    """Return the clip with the poses of segments in their frames; each may begin in the last frame of the one before, and counts there."""
     root, local = clip.root_position.copy(), clip.local_rotations.copy()
-    part = slice(segment.start, segment.start + len(segment.poses))
-    root[part], local[part] = segment.poses[:, :3], rotations_from_hinges(normalise(segment.poses[:, 3:7]), segment.poses[:, 7:])
+    for segment in segments:
+        for block in frame_blocks(len(segment.poses)):
+            poses, part = segment.poses[block], slice(segment.start + block.start, segment.start + block.stop)
+            root[part], local[part] = poses[:, :3], rotations_from_hinges(normalise(poses[:, 3:7]), poses[:, 7:])
     return replace(clip, root_position=root, local_rotations=local)
 
 
@@ -102,8 +104,10 @@ def _confidence(simulated: BodyMotion, clip: BodyMotion, restarts: list[int]) ->
         CONFIDENCE_SMOOTHING_STD_S * clip.fps,
         mode="nearest",
     )
+    reach = int(np.ceil(RESTART_FADE_S * clip.fps))
     for frame in restarts:
-        confidence *= smooth_step(np.abs(np.arange(len(clip)) - frame) / (RESTART_FADE_S * clip.fps))
+        near = np.arange(max(0, frame - reach), min(len(clip), frame + reach + 1))
+        confidence[near] *= smooth_step(np.abs(near - frame) / (RESTART_FADE_S * clip.fps))
     return confidence
 
 

@@ -1,6 +1,6 @@
 """Stages of cleaning on the 20 bodies: kinematic repair (low-pass, level ground, self-penetration), and simulation of grounded spans."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -58,11 +58,13 @@ def simulate_grounded_spans(
         progress(num_done / len(clip))
 
     excluded = frame_mask(off_feet, len(clip))
-    simulated = without_simulation(clip)
-    for start, stop in true_spans(~excluded):
-        if simulator is not None and stop - start >= MIN_SIMULATED_FRAMES:
-            part = simulate_clip(simulator, clip.cut(start, stop), (start > 0, stop < len(clip)), after_frames)
-            simulated = _splice(simulated, part, start, stop)
+
+    def simulated_parts(simulator: Simulator) -> Iterator[tuple[int, SimulatedClip]]:
+        for start, stop in true_spans(~excluded).tolist():
+            if stop - start >= MIN_SIMULATED_FRAMES:
+                yield start, simulate_clip(simulator, clip.cut(start, stop), (start > 0, stop < len(clip)), after_frames)
+
+    simulated = _splice(clip, simulated_parts(simulator)) if simulator else without_simulation(clip)
     kinematic = (detect_foot_contacts(simulated.motion) if contacts is None else contacts) & ~excluded[:, None]
     found = np.where((simulated.confidence >= SIMULATED_CONFIDENCE)[:, None], simulated.contacts, kinematic)
     return simulated._replace(motion=remove_self_penetration(simulated.motion), contacts=found)
@@ -73,14 +75,20 @@ def frame_mask(spans: list[OffFeetSpan], frames: int) -> np.ndarray:
     return np.isin(np.arange(frames), np.concat([np.arange(0), *(np.arange(span.start, span.stop) for span in spans)]))
 
 
-def _splice(whole: SimulatedClip, part: SimulatedClip, start: int, stop: int) -> SimulatedClip:
-    """Return a clip with the frames from ``start`` to ``stop`` as simulated; later frames are moved along by where those end."""
-    motion, contacts, confidence, assist = whole.motion, whole.contacts.copy(), whole.confidence.copy(), whole.assist.copy()
-    root, local = motion.root_position.copy(), motion.local_rotations.copy()
-    level = np.array([1.0, 1.0, 0.0])
-    path = part.motion.root_position + level * (root[start] - part.motion.root_position[0])
-    root[stop:] += level * (path[-1] - root[stop - 1])
-    root[start:stop], local[start:stop] = path, part.motion.local_rotations
-    contacts[start:stop], confidence[start:stop], assist[start:stop] = part.contacts, part.confidence, part.assist
-    segment_starts = [*whole.segment_starts, *(start + frame for frame in part.segment_starts)]
-    return SimulatedClip(replace(motion, root_position=root, local_rotations=local), contacts, confidence, segment_starts, assist)
+def _splice(clip: BodyMotion, parts: Iterable[tuple[int, SimulatedClip]]) -> SimulatedClip:
+    """Return a clip with simulated parts in its frames; frames after a part are moved along by where that ends.
+
+    Args:
+        clip: Clip of T frames.
+        parts: First frame and simulation of each part, in order.
+    """
+    whole = without_simulation(clip)
+    root, local, level = clip.root_position.copy(), clip.local_rotations.copy(), np.array([1.0, 1.0, 0.0])
+    for start, part in parts:
+        stop = start + len(part.motion)
+        path = part.motion.root_position + level * (root[start] - part.motion.root_position[0])
+        root[stop:] += level * (path[-1] - root[stop - 1])
+        root[start:stop], local[start:stop] = path, part.motion.local_rotations
+        whole.contacts[start:stop], whole.confidence[start:stop], whole.assist[start:stop] = part.contacts, part.confidence, part.assist
+        whole.segment_starts.extend(start + frame for frame in part.segment_starts)
+    return whole._replace(motion=replace(clip, root_position=root, local_rotations=local)) if whole.segment_starts else whole

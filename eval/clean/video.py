@@ -7,7 +7,7 @@ import numpy as np
 
 from eval.clean.result import CleaningResult
 from eval.metrics.artefact_tracks import distances_local
-from eval.pages.render import can_render, encode_mp4, motion_to_qpos, render_pair, render_strip
+from eval.pages.render import can_render, encode_mp4, motion_to_qpos, pair_frames, render_strip
 
 MAX_VIDEO_S = 10.0  # of a film: of longer clips the part in which most was changed; drawing takes longer than cleaning
 _MOMENT_SIZE_PX = (360, 440)  # pixels, of the picture of a moment
@@ -42,7 +42,7 @@ def render_cleaning(cleaned: CleaningResult, frames: list[int]) -> Pictures | No
     before, after = motion_to_qpos(cleaned.before), motion_to_qpos(cleaned.after)
     fps = cleaned.before.fps
     part = _most_changed_part(distances_local(cleaned.after, cleaned.before).mean(axis=1), round(MAX_VIDEO_S * fps))
-    mp4 = encode_mp4(render_pair(before[part], after[part], fps, cleaned.kept[part]))
+    mp4 = encode_mp4(pair_frames(before[part], after[part], fps, cleaned.kept[part]))
     moments = [mediapy.compress_image(_render_moment(before[frame], after[frame])) for frame in frames]
     return Pictures(mp4, part.start / fps, part.stop / fps, moments)
 

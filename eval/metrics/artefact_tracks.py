@@ -8,15 +8,15 @@ stands; ``envs.mimic.spec.TOUCH_HEIGHT_M`` says when a shape of the simulated hu
 
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import BODIES, FOOT_AND_TOE_BODIES, hinge_angles
-from datasets.motion.kinematics import body_poses, centre_of_mass, lowest_point_heights
+from datasets.motion.frame_blocks import by_blocks
+from datasets.motion.humanoid import BODIES, FOOT_AND_TOE_BODIES
+from datasets.motion.kinematics import body_poses, centre_of_mass, clip_lowest_heights, lowest_point_heights
 from datasets.motion.rotation import rotate
-from eval.metrics.humanoid_model import overlap_model
+from envs.physics.self_collision import overlap_depths
 
 CONTACT_BY_HEIGHT_M = 0.02  # m; a foot whose lowest point is below this is in contact by height, at any speed (docs/metrics.md)
 JITTER_RATE_HZ = 60.0  # Hz, at which jitter is defined
@@ -64,13 +64,19 @@ def compute_artefact_tracks(motion: BodyMotion, truth: BodyMotion | None = None)
     Raises:
         ValueError: If the clips differ in their number of frames or their rate.
     """
-    positions, rotations = body_poses(motion)
-    heights = lowest_point_heights(positions, rotations)
-    contacts, flight = contacts_by_height(motion), np.zeros(len(motion), dtype=bool)
+    told = None
     if truth is not None:
         check_pair(motion, truth)
-        contacts = contacts_by_height(truth)
-        flight = lowest_point_heights(*body_poses(truth)).min(axis=1) >= CONTACT_BY_HEIGHT_M
+        told = clip_lowest_heights(truth)
+
+    def block(part: slice) -> tuple[np.ndarray, ...]:
+        positions, rotations = body_poses(motion.cut(part.start, part.stop))
+        heights = lowest_point_heights(positions, rotations)
+        contacts = _foot_heights(heights if told is None else told[part]) < CONTACT_BY_HEIGHT_M
+        overhang = _com_overhang(centre_of_mass(positions, rotations), _foot_points(positions, rotations), contacts)
+        return positions, heights, contacts, overhang
+
+    positions, heights, contacts, overhang = by_blocks(block, len(motion))
     return ArtefactTracks(
         fps=motion.fps,
         foot_height=_foot_heights(heights),
@@ -78,24 +84,28 @@ def compute_artefact_tracks(motion: BodyMotion, truth: BodyMotion | None = None)
         contacts=contacts,
         sustained_contacts=np.concat([np.zeros((1, len(FOOT_AND_TOE_BODIES)), dtype=bool), contacts[1:] & contacts[:-1]]),
         lowest=heights.min(axis=1),
-        is_airborne=flight,
+        is_airborne=np.zeros(len(motion), dtype=bool) if told is None else told.min(axis=1) >= CONTACT_BY_HEIGHT_M,
         penetration_depth=self_penetration_depths(motion),
         jerk=_jerk(positions, motion.fps),
-        com_overhang=_com_overhang(centre_of_mass(positions, rotations), _foot_points(positions, rotations), contacts),
+        com_overhang=overhang,
     )
 
 
 def contacts_by_height(motion: BodyMotion) -> np.ndarray:
     """Return whether each foot is in contact by height: its lowest point is under 2 cm, shape (T, 2)."""
-    return _foot_heights(lowest_point_heights(*body_poses(motion))) < CONTACT_BY_HEIGHT_M
+    return _foot_heights(clip_lowest_heights(motion)) < CONTACT_BY_HEIGHT_M
 
 
 def sole_speeds(motion: BodyMotion) -> np.ndarray:
     """Return the horizontal speed [m/s] of the point of each foot that is lowest in the later of two frames, shape (T - 1, 2)."""
-    points = _foot_points(*body_poses(motion))
-    lowest = points[1:, :, :, 2].argmin(axis=2)[:, :, None, None]
-    later, earlier = (np.take_along_axis(p, lowest, axis=2)[:, :, 0, :2] for p in (points[1:], points[:-1]))
-    return np.linalg.norm(later - earlier, axis=-1) * motion.fps
+
+    def block(part: slice) -> tuple[np.ndarray, ...]:
+        points = _foot_points(*body_poses(motion.cut(part.start, part.stop + 1)))
+        lowest = points[1:, :, :, 2].argmin(axis=2)[:, :, None, None]
+        later, earlier = (np.take_along_axis(p, lowest, axis=2)[:, :, 0, :2] for p in (points[1:], points[:-1]))
+        return (np.linalg.norm(later - earlier, axis=-1) * motion.fps,)
+
+    return by_blocks(block, len(motion) - 1)[0]
 
 
 def self_penetration_depths(motion: BodyMotion) -> np.ndarray:
@@ -103,31 +113,35 @@ def self_penetration_depths(motion: BodyMotion) -> np.ndarray:
 
     MuJoCo's collision detection finds the overlaps of the posed bodies. Shapes within 2 cm of each other in the T-pose are adjacent.
     """
-    model = overlap_model()
-    data = mujoco.MjData(model)
-    poses = np.concat([motion.root_position, motion.local_rotations[:, 0], hinge_angles(motion.local_rotations)], axis=1)
-    depths = np.zeros(len(motion))
-    for frame, pose in enumerate(poses):
-        data.qpos[:] = pose
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_collision(model, data)
-        between_bodies = np.all(model.geom_bodyid[data.contact.geom] > 0, axis=1)
-        depths[frame] = max(0.0, -data.contact.dist[between_bodies].min(initial=0.0))
-    return depths
+    return np.max([np.zeros(len(motion)), *overlap_depths(motion).values()], axis=0)
 
 
 def distances_local(motion: BodyMotion, other: BodyMotion) -> np.ndarray:
     """Return the distance of each joint from that of another clip with the roots aligned [m], shape (T, 20)."""
     check_pair(motion, other)
-    one, two = body_poses(motion)[0], body_poses(other)[0]
-    return np.linalg.norm((one - one[:, :1]) - (two - two[:, :1]), axis=-1)
+
+    def block(part: slice) -> tuple[np.ndarray, ...]:
+        one, two = (joints_from_root(clip.cut(part.start, part.stop)) for clip in (motion, other))
+        return (np.linalg.norm(one - two, axis=-1),)
+
+    return by_blocks(block, len(motion))[0]
+
+
+def joints_from_root(motion: BodyMotion) -> np.ndarray:
+    """Return the places of the joints relative to the root, in the world's axes [m], shape (T, 20, 3)."""
+    places = body_poses(motion)[0]
+    return places - places[:, :1]
 
 
 def distances_world(motion: BodyMotion, other: BodyMotion) -> np.ndarray:
     """Return the distance of each joint from that of another clip in the world [m], shape (T, 20)."""
     check_pair(motion, other)
-    return np.linalg.norm(body_poses(motion)[0] - body_poses(other)[0], axis=-1)
+
+    def block(part: slice) -> tuple[np.ndarray, ...]:
+        one, two = (body_poses(clip.cut(part.start, part.stop))[0] for clip in (motion, other))
+        return (np.linalg.norm(one - two, axis=-1),)
+
+    return by_blocks(block, len(motion))[0]
 
 
 def check_pair(motion: BodyMotion, other: BodyMotion) -> None:
@@ -163,7 +177,12 @@ def _jerk(positions: np.ndarray, fps: float) -> np.ndarray:
     if fps != JITTER_RATE_HZ:
         seconds = np.arange(len(positions)) / fps
         positions = CubicSpline(seconds, positions)(np.arange(int(seconds[-1] * JITTER_RATE_HZ + 1e-6) + 1) / JITTER_RATE_HZ)
-    return np.linalg.norm(np.diff(positions, n=3, axis=0) * JITTER_RATE_HZ**3, axis=-1).mean(axis=1)
+
+    def block(part: slice) -> tuple[np.ndarray, ...]:
+        third = np.diff(positions[part.start : part.stop + 3], n=3, axis=0)
+        return (np.linalg.norm(third * JITTER_RATE_HZ**3, axis=-1).mean(axis=1),)
+
+    return by_blocks(block, len(positions) - 3)[0]
 
 
 def _com_overhang(centres: np.ndarray, feet: np.ndarray, contacts: np.ndarray) -> np.ndarray:

@@ -28,7 +28,12 @@ def artefact_metrics(motion: BodyMotion, truth: BodyMotion | None = None, origin
     Raises:
         ValueError: If the clips differ in their number of frames or their rate.
     """
-    values = metrics_of_tracks(compute_artefact_tracks(motion, truth))
+    return metrics_of_tracks(compute_artefact_tracks(motion, truth)) | distance_metrics(motion, truth, original)
+
+
+def distance_metrics(motion: BodyMotion, truth: BodyMotion | None, original: BodyMotion | None) -> dict[str, float]:
+    """Return the metrics of a clip by id that compare it with another one; arguments are those of ``artefact_metrics``."""
+    values = {}
     for name, other in (("deviation", original), ("truth_error", None if truth is motion else truth)):
         if other is not None:
             values[f"{name}_local"], values[f"{name}_world"] = mean_distance_local_mm(motion, other), mean_distance_world_mm(motion, other)

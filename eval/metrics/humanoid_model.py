@@ -1,16 +1,10 @@
-"""The humanoid's MuJoCo models for measuring poses and loads, compiled once per process; callers must not change them."""
+"""The humanoid's MuJoCo model for measuring loads, compiled once per process; callers must not change it."""
 
 from functools import cache
 
 import mujoco
 
-from envs.physics.humanoid_mjcf import build_exact_model, build_overlap_model
-
-
-@cache
-def overlap_model() -> mujoco.MjModel:
-    """Return the humanoid in which all shapes but neighbours collide."""
-    return build_overlap_model()
+from envs.physics.humanoid_mjcf import build_exact_model
 
 
 @cache

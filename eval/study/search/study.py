@@ -19,7 +19,7 @@ from datasets.motion.clip import FPS, BodyMotion
 from envs.mimic.spec import MimicSpec
 from envs.physics.engine_interface import FRAMES_PER_STEP
 from eval.clean.samcon import GOOD, QUALITIES, SamconSearch, SearchSettings, Simulator
-from eval.clean.simulate_clip import write_segment
+from eval.clean.simulate_clip import write_segments
 from eval.clean.stages import repair_kinematically
 from eval.evaluation_recordings import TEST_CLIPS
 from eval.metrics.artefact_tracks import distances_local
@@ -90,9 +90,7 @@ def measure_search(policy: Policy, spec: MimicSpec, clip: BodyMotion, variant: S
     """Return the measures of a variant of the SAMCON search on a repaired clip."""
     clip = clip if len(clip) % FRAMES_PER_STEP else clip.cut(0, len(clip) - 1)  # so that the last control step ends in the last frame
     segments = list(SamconSearch(Simulator(policy, spec, THREADS, variant), clip).segments())
-    simulated = clip
-    for segment in segments:
-        simulated = write_segment(simulated, segment)
+    simulated = write_segments(clip, segments)
     contacts = detect_foot_contacts(clip)
     contacts[[segment.start for segment in segments[1:]]] = False  # from one segment to the next the motion jumps, which is no slide
     found = artefact_metrics(simulated)

@@ -137,6 +137,20 @@ def test_a_limb_goes_out_on_the_side_where_it_came_in() -> None:
     assert np.abs(np.diff(hands, axis=0)).max() < 0.02
 
 
+def test_frames_far_from_any_overlap_stay_and_a_part_of_a_clip_is_parted_as_the_whole() -> None:
+    # Forearms 20 cm apart that touch once, from frame 440 to 460 of 900; smoothing reaches 1.75 s, 105 frames.
+    frames = np.arange(900)
+    through = forearms_that_cross(0.2 - 0.15 * np.exp(-(((frames - 450) / 12.0) ** 2)))
+    deep = np.flatnonzero(np.maximum(depth(through, "forearm_l", "forearm_r"), depth(through, "hand_l", "hand_r")) > 0.008)
+    assert 400 < deep[0] < deep[-1] < 500
+    found = remove_self_penetration(through)
+    changed = np.flatnonzero(np.any(found.local_rotations != through.local_rotations, axis=(1, 2)))
+    assert 280 < changed[0] < deep[0]
+    assert deep[-1] < changed[-1] < 660  # a decaying correction lasts a second at most
+    part = remove_self_penetration(through.cut(250, 750))
+    np.testing.assert_allclose(part.local_rotations, found.local_rotations[250:750], atol=1e-9)
+
+
 def test_a_limb_that_would_have_to_move_far_is_left_and_listed() -> None:
     # To 3 cm behind the chest's axis: 0.11 + 0.038 + 0.03 = 0.178 m to the front would be out.
     time = np.arange(240) / 240.0

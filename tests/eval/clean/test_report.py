@@ -77,8 +77,8 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def small_pictures(patch: pytest.MonkeyPatch) -> None:
     """Make films and pictures tiny."""
-    draw = clean_film.render_pair
-    patch.setattr(clean_film, "render_pair", lambda *args: draw(*args, size=(64, 36)))
+    draw = clean_film.pair_frames
+    patch.setattr(clean_film, "pair_frames", lambda *args: draw(*args, size=(64, 36)))
     patch.setattr(clean_film, "_MOMENT_SIZE_PX", (48, 64))
 
 

@@ -111,9 +111,22 @@ def test_pruning_keeps_what_the_last_samples_did() -> None:
     # window, and those from samples 1 and 1 of the first: of the first window one sample is left, of the second two.
     snapshots = [np.array([10.0, 11.0, 12.0]) + 10.0 * window for window in range(3)]
     parents = [np.arange(3), np.array([1, 0, 1]), np.array([2, 2, 0])]
-    pruned = _prune([_Window(parent, told[:, None, None]) for parent, told in zip(parents, snapshots, strict=True)])
+    pruned = [_Window(parent, told[:, None, None]) for parent, told in zip(parents, snapshots, strict=True)]
+    _prune(pruned, 0)
     assert [window.substates.ravel().tolist() for window in pruned] == [[11.0], [20.0, 22.0], [30.0, 31.0, 32.0]]
     assert [window.parents.tolist() for window in pruned[1:]] == [[0, 0], [1, 1, 0]]
+
+
+def test_pruning_stops_where_nothing_is_left_to_remove() -> None:
+    # Pruned before: one sample, then two of it. Of a new window's three samples two go on from the second of these and one from the first,
+    # so both stay: what comes before is not looked at again, and its parents, wrong on purpose, would show if it was.
+    windows = [_Window(np.array([7]), np.array([[[1.0]]])), _Window(np.array([0, 0]), np.array([[[2.0]], [[3.0]]]))]
+    windows.append(_Window(np.array([1, 1, 0]), np.array([[[4.0]], [[5.0]], [[6.0]]])))
+    first = windows[0]
+    _prune(windows, 2)
+    assert windows[0] is first
+    assert [window.substates.ravel().tolist() for window in windows] == [[1.0], [2.0, 3.0], [4.0, 5.0, 6.0]]
+    assert [window.parents.tolist() for window in windows] == [[7], [0, 0], [1, 1, 0]]
 
 
 @pytest.mark.parametrize("windows", [1, 7])
