@@ -46,4 +46,4 @@ def test_arguments_and_exit_code_are_the_programs_own(monkeypatch: pytest.Monkey
 
 def test_bad_input_ends_with_2(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["clean", "nowhere.bvh", "--out", "out.bvh"]) == 2
-    assert capsys.readouterr().err == "error: nowhere.bvh: no such file or folder; name a BVH file or a folder of them\n"
+    assert capsys.readouterr().err.startswith("error: nowhere.bvh: no such file or folder; name a ")
