@@ -17,9 +17,9 @@ MIN_BURST_STEP_M, MIN_BURST_STEP_RATIO = 0.2, 5.0  # the same of a burst: longer
 MAX_SPIKE_S, MIN_SPIKE_FRAMES = 0.1, 3  # longest spike: the longer of the two
 MAX_BURST_S = 1.0  # s
 MIN_BURST_SHARE = 0.25  # of the points that are far off in a burst
-# Distance between the frames before and after a spike, over the steps into and out of it, or over what the steps beside it lead to in the
-# time; beyond both the motion went elsewhere.
-MAX_RETURN_RATIO, MAX_DRIFT_RATIO = 0.5, 1.5
+# Distance between the frames before and after a spike, over the steps into and out of it, or, if these are opposed, over what the steps
+# beside it lead to in the time; beyond both the motion went elsewhere. Two jumps one way are no spike, wherever the motion leads.
+MAX_RETURN_RATIO, MAX_DRIFT_RATIO, MAX_OPPOSED_COSINE = 0.5, 1.5, -0.5
 POINT_RADIUS_M = 0.15  # m, from head, hands and feet to the points around them
 _ATTEMPTS = 4  # of steps back that are tried for a step out
 
@@ -109,8 +109,11 @@ def _spans(points: np.ndarray, floor: float, ratio: float, longest: int) -> np.n
             out, first, to = out[near], first[near], to[near]
             size = np.minimum(steps.size[out, point], steps.size[to, point])
             beside = np.maximum(steps.before[out, point], steps.after[to, point])
+            away, home = (points[step + 1, point] - points[step, point] for step in (out, to))
+            cosine = np.sum(away * home, axis=-1) / (steps.size[out, point] * steps.size[to, point])
+            drift = MAX_DRIFT_RATIO * (to - out + 1) * beside * (cosine < MAX_OPPOSED_COSINE)
             bridge = np.linalg.norm(points[to + 1, point] - points[out, point], axis=-1)
-            closes = bridge <= np.maximum(MAX_RETURN_RATIO * size, MAX_DRIFT_RATIO * (to - out + 1) * beside)
+            closes = bridge <= np.maximum(MAX_RETURN_RATIO * size, drift)
             found.append(np.stack([out + 1, to + 1, np.full(len(out), point)], axis=1)[closes])
             out, first = out[~closes], first[~closes]
     return np.concat(found)
