@@ -192,10 +192,12 @@ def _check_bones(names: tuple[str, ...], positions: np.ndarray, roles: JointMap,
         for chain in (("thigh", "shin", "foot"), ("upper_arm", "forearm", "hand")):
             chains += [(f"{a}_{side}", f"{b}_{side}") for a, b in pairwise(chain)]
     for a, b in chains:
-        if np.linalg.norm(positions[:, roles[a]] - positions[:, roles[b]], axis=-1).min() <= MIN_BONE_RATIO * leg:
+        meet = np.linalg.norm(positions[:, roles[a]] - positions[:, roles[b]], axis=-1) <= MIN_BONE_RATIO * leg
+        if meet.any():
+            frames = f" in {np.sum(meet)} frames, first in frame {np.argmax(meet) + 1}" if not meet.all() else ""
             raise InputError(
-                f"joints '{names[roles[a]]}' and '{names[roles[b]]}', taken for {a} and {b}, are at the same place; "
-                "name the right joints in a mapping file"
+                f"joints '{names[roles[a]]}' and '{names[roles[b]]}', taken for {a} and {b}, are at the same place{frames}; "
+                f"{'cut these frames out, or ' if frames else ''}name the right joints in a mapping file"
             )
 
 
