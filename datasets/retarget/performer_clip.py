@@ -194,10 +194,10 @@ def _check_bones(names: tuple[str, ...], positions: np.ndarray, roles: JointMap,
     for a, b in chains:
         meet = np.linalg.norm(positions[:, roles[a]] - positions[:, roles[b]], axis=-1) <= MIN_BONE_RATIO * leg
         if meet.any():
-            frames = f" in {np.sum(meet)} frames, first in frame {np.argmax(meet) + 1}" if not meet.all() else ""
+            where = "" if meet.all() else f" in frame {np.argmax(meet) + 1}{f' and {np.sum(meet) - 1} others' if np.sum(meet) > 1 else ''}"
             raise InputError(
-                f"joints '{names[roles[a]]}' and '{names[roles[b]]}', taken for {a} and {b}, are at the same place{frames}; "
-                f"{'cut these frames out, or ' if frames else ''}name the right joints in a mapping file"
+                f"joints '{names[roles[a]]}' and '{names[roles[b]]}', taken for {a} and {b}, are at the same place{where}; "
+                f"{'cut such frames out, or ' if where else ''}name the right joints in a mapping file"
             )
 
 

@@ -63,7 +63,7 @@ def test_bones_that_lose_their_length_in_some_frames_are_refused_with_the_frames
     column = sum(map(len, channels[:joint]))
     values = np.insert(bvh.values, [column] * 3, bvh.offsets[joint], axis=1)
     values[1:, column : column + 3] = 0.0
-    with pytest.raises(InputError, match="same place in 2 frames, first in frame 2; cut these frames out, or name the right joints"):
+    with pytest.raises(InputError, match="same place in frame 2 and 1 others; cut such frames out, or name the right joints"):
         performer_clip_from_bvh(replace(bvh, channels=channels, values=values), "clip")
 
 
