@@ -134,7 +134,8 @@ def _changed_values(bvh: Bvh, bridged: np.ndarray, performer_clip: PerformerClip
     positions, rotations = performer_clip.edits.to_clip(recorded_positions.copy(), recorded_rotations.copy())
     positions[dropped:] = turn_points(to_file, motion.local_positions) / performer_clip.unit
     rotations[dropped:] = turn_rotations(to_file, motion.local_rotations)
-    positions, rotations = performer_clip.edits.to_file(positions, rotations, recorded_positions)
+    bones = local_pose(replace(bvh, values=bridged))[0] if performer_clip.edits.turned else recorded_positions  # mended, where it matters
+    positions, rotations = performer_clip.edits.to_file(positions, rotations, bones)
     values = np.round(channel_values(replace(bvh, values=bridged), positions, rotations), DECIMALS)
     joints = np.repeat(np.arange(len(bvh.names)), [len(channels) for channels in bvh.channels])  # joint of each column
     places = np.array([channel.endswith("position") for channels in bvh.channels for channel in channels])
