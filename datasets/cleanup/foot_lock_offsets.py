@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from datasets.cleanup.foot_contacts import true_spans
+from datasets.motion.frame_spans import true_spans
 from datasets.motion.kinematics import MAX_LEVEL_DIFFERENCE_M, support_steps
 
 BLEND_S = 0.15  # s, within which a correction is blended in and out: half of a brisk step's swing

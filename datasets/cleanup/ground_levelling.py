@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from datasets.cleanup.foot_contacts import detect_foot_contacts, true_spans
+from datasets.cleanup.foot_contacts import detect_foot_contacts
 from datasets.cleanup.support_levels import MAX_FLIGHT_S
 from datasets.motion.clip import BodyMotion
+from datasets.motion.frame_spans import true_spans
 from datasets.motion.humanoid import FOOT_AND_TOE_BODIES
 from datasets.motion.kinematics import clip_lowest_heights
 

@@ -9,10 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from datasets.cleanup.foot_contacts import debounce_labels, detect_foot_contacts, true_spans
+from datasets.cleanup.foot_contacts import debounce_labels, detect_foot_contacts
 from datasets.cleanup.support_levels import detect_climbing, detect_hanging
 from datasets.motion.clip import BodyMotion
 from datasets.motion.frame_blocks import by_blocks
+from datasets.motion.frame_spans import true_spans
 from datasets.motion.humanoid import BODY_NAMES, HEAD_BODY
 from datasets.motion.kinematics import body_poses, centre_of_mass, linear_velocity, lowest_point_heights, sole_points
 

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from datasets.cleanup.foot_contacts import true_spans
 from datasets.cleanup.foot_lock_offsets import foot_lock_offsets
 from datasets.cleanup.ground_levelling import level_to_ground
 from datasets.cleanup.support_levels import MAX_FLIGHT_S
 from datasets.ik.leg_ik import leg_ik
 from datasets.motion.clip import BodyMotion
+from datasets.motion.frame_spans import true_spans
 from datasets.motion.humanoid import BODY_NAMES
 from datasets.motion.kinematics import body_poses, clip_sole_points, sole_points, support_steps
 from datasets.motion.rotation import conjugate, from_axis_angle, multiply, rotate

@@ -5,8 +5,9 @@ A suit's root drifts up and down by decimetres, but slowly; and two standing fee
 
 import numpy as np
 
-from datasets.cleanup.foot_contacts import MAX_CONTACT_SPEED_M_S, true_spans
+from datasets.cleanup.foot_contacts import MAX_CONTACT_SPEED_M_S
 from datasets.motion.clip import BodyMotion
+from datasets.motion.frame_spans import true_spans
 from datasets.motion.humanoid import FOOT_AND_TOE_BODIES
 from datasets.motion.kinematics import linear_velocity
 

@@ -11,7 +11,6 @@ from datasets.formats.bvh_text import Reader, find_encoding, quote
 
 ROOT = "root"  # what the root is called in both files
 DEGREES_OF_FREEDOM = ("tx", "ty", "tz", "rx", "ry", "rz", "l")  # translations, rotations, length
-_UNITS = ("mass", "length", "angle")
 _NO_VECTOR = (0.0, 0.0, 0.0)
 
 

@@ -2,12 +2,12 @@
 
 import re
 from array import array
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from datasets.formats.bvh_text import MAX_MAGNITUDE, Reader, quote
+from datasets.motion.frame_spans import true_spans
 
 MAX_VALUES = 2**25  # of all channels, 256 MiB in memory
 MAX_GAP_S = 1.0  # of frames on end that are filled between their neighbours
@@ -121,7 +121,7 @@ def fill_missing_values(reader: Reader, frames: Frames, channels: list[str], fra
     values, missing = frames.values, ~np.isfinite(frames.values)
     if not missing.any():
         return values
-    spans = _spans(np.any(missing, axis=1))
+    spans = true_spans(np.any(missing, axis=1)).tolist()
     for start, stop in spans:
         if (stop - start) * frame_time > MAX_GAP_S:
             told = f"values that are not numbers in {stop - start} frames on end; up to {MAX_GAP_S:g} s can be filled: cut these frames out"
@@ -148,9 +148,3 @@ def _interpolate(values: np.ndarray, turns: bool) -> np.ndarray:
     filled = values.copy()
     filled[gaps] = values[left] + step * (gaps - left) / np.maximum(right - left, 1)
     return filled
-
-
-def _spans(mask: np.ndarray) -> list[tuple[int, int]]:
-    """Return start and stop of each run of True."""
-    edges = np.flatnonzero(np.diff(mask, prepend=False, append=False)).tolist()
-    return list(pairwise(edges))[::2]

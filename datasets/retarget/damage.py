@@ -5,7 +5,7 @@ is left, and told.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import binary_closing, binary_dilation
@@ -57,6 +57,15 @@ class Damage:
         more = len(self.joints) - MAX_TOLD_JOINTS
         joints = f", {', '.join(self.joints[:MAX_TOLD_JOINTS])}{f' and {more} more' if more > 0 else ''}" if self.joints else ""
         return f"{frames} ({IN_WORDS.get(self.kind, self.kind)}{joints})"
+
+
+def damage_after(damage: Sequence[Damage], dropped: int) -> tuple[Damage, ...]:
+    """Return the damage in the frames of a file that are left when its first ``dropped`` ones, a T-pose, are not read.
+
+    How a T-pose jumps into the motion is no damage.
+    """
+    left = (one for one in damage if (one.start if one.kind == POSE_JUMP else one.stop) > dropped)
+    return tuple(replace(one, start=max(one.start, dropped)) for one in left)
 
 
 def damage_notices(damage: Sequence[Damage]) -> list[str]:

@@ -1,6 +1,7 @@
 """Mapping of a skeleton's joints to the 20 bodies, found from names and topology or given by a mapping file."""
 
 import difflib
+import math
 import os
 from dataclasses import dataclass, field
 from itertools import pairwise, product
@@ -34,7 +35,7 @@ OPTIONAL_BODIES = ("spine", "chest", "collar_l", "collar_r", "toe_l", "toe_r")  
 TIP_BODIES = {"head": "chest", "hand_l": "forearm_l", "hand_r": "forearm_r", "foot_l": "shin_l", "foot_r": "shin_r"}  # may lack a joint
 MAX_CANDIDATES = 6  # joints that are compared for a segment
 MIN_TIP_RATIO = 0.3  # of the bone above, the distance at which an unnamed child of forearm or shin can be hand or foot
-MIN_BONE_RATIO = 1e-3  # of the skeleton's longest offset
+MIN_OFFSET_RATIO = 1e-3  # of the skeleton's longest offset
 # Penalties of a chain, in steps of the rank in _LIMBS: a joint lacks; a told one hangs elsewhere; a "shoulder" is taken for the upper arm,
 # though it is the collar wherever another joint can be the arm; no joint ever turns; one joint never turns; a bone has no length
 _LACKING, _ELSEWHERE, _SHOULDER, _DEAD, _STILL, _NO_BONE = 100.0, 15.0, 20.0, 10.0, 1.5, 0.5
@@ -104,7 +105,7 @@ def read_mapping(path: str | os.PathLike[str]) -> JointMapping:
             near = difflib.get_close_matches(str(key), known, 1) or ["pelvis"]
             raise InputError(f"{path}: unknown key '{key}', perhaps '{near[0]}'; known are {', '.join(known)}")
     unit, up = entries.pop("unit", None), entries.pop("up", None)
-    if unit is not None and not (isinstance(unit, int | float) and unit > 0):
+    if unit is not None and not (isinstance(unit, int | float) and 0.0 < unit < math.inf):
         raise InputError(f"{path}: unit '{unit}' should be a positive number of metres, such as 0.01")
     if up is not None and up not in UP_AXES:
         raise InputError(f"{path}: up '{up}' should be one of {', '.join(UP_AXES)}")
@@ -208,7 +209,7 @@ def _chain_cost(
     for upper, lower in pairwise(found):
         if upper not in ancestors(lower, parents)[1:]:
             cost += _ELSEWHERE if {upper, lower} & told else np.inf
-        elif geometry and _rest_distance(upper, lower, parents, geometry) <= MIN_BONE_RATIO * _longest(geometry):
+        elif geometry and _rest_distance(upper, lower, parents, geometry) <= MIN_OFFSET_RATIO * _longest(geometry):
             cost += _NO_BONE
     if geometry and geometry.turns.any():
         still = [not geometry.turns[joint] for joint, _ in links[:2] if joint is not None]

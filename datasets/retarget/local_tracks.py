@@ -19,7 +19,7 @@ class LocalTracks:
         parents: Index of each joint's parent, -1 for the root.
         positions: Position of each joint in its parent's frame [unit], shape (T, J, 3).
         rotations: Rotation of each joint relative to its parent, wxyz, shape (T, J, 4).
-        unit: Metres per unit of the positions.
+        unit: Metres per unit of the positions, in the humanoid's size: thresholds are those of a body as large.
     """
 
     parents: tuple[int, ...]

@@ -8,28 +8,26 @@ from pathlib import Path
 import numpy as np
 
 from configs.errors import InputError
-from datasets.formats.bvh import Bvh, local_pose
+from datasets.formats.bvh import POSITION_CHANNELS, Bvh, local_pose
 from datasets.formats.motion_file import read_motion_file
 from datasets.motion.clip import Motion
 from datasets.motion.humanoid import LEG_LENGTH
 from datasets.motion.skeleton import Skeleton, forward_kinematics
-from datasets.retarget.damage import ROOT_JUMP, Damage, damage_notices, mend_damage
+from datasets.retarget.damage import ROOT_JUMP, Damage, damage_after, damage_notices, mend_damage
 from datasets.retarget.file_axes import BY_MOTION, file_axes, find_up_axis, turn_points, turn_rotations
 from datasets.retarget.joint_mapping import JointMapping
 from datasets.retarget.joint_tree import JointMap
 from datasets.retarget.local_tracks import LocalTracks
 from datasets.retarget.mapping_draft import JointMapError
-from datasets.retarget.performer_tree import end_offsets, find_performer_tree
+from datasets.retarget.performer_tree import MIN_BONE_RATIO, end_offsets, find_performer_tree
 from datasets.retarget.root_jumps import NO_JUMPS, RootJumps, find_root_jumps, jump_notice
 from datasets.retarget.tree_edits import TreeEdits, level_added_feet
 
 METRES_PER_UNIT: dict[str, float] = {"m": 1.0, "ft": 0.3048, "dm": 0.1, "CMU": 0.056444, "inch": 0.0254, "cm": 0.01, "mm": 0.001}
-POSITIONS = {"Xposition", "Yposition", "Zposition"}
 RARE_UNITS = ("ft", "dm", "inch")  # in which files hardly ever are
 FEET_TO_HEAD = 1.45  # m, from the ankles to the head's joint of an adult
 MAX_LEG_RATIO = 1.8  # of a leg's length and the humanoid's: legs of 0.46 to 1.5 m pass for a human's
 MAX_FIGURE_LEG_RATIO = 4.0  # the same of a stylised figure, legs of 0.2 to 3.3 m: more can only be another unit
-MIN_BONE_RATIO = 1e-3  # of the leg's length
 MIN_LEG = 1e-9  # file units; a shorter leg has no size
 MAX_LEADING_FRAMES = 12  # frames at the start that are searched for a T-pose and its smoothed tail
 
@@ -126,7 +124,7 @@ def performer_clip_from_bvh(bvh: Bvh, name: str, mapping: JointMapping | None = 
     _check_bones(tree.names, positions, joint_map, leg)
     rest = _rest_positions(tree.parents, np.concat([np.zeros((1, 3)), np.median(local_positions, axis=0)[1:]]))
     dropped = _leading_frames(positions, joint_map, leg)
-    damage = tuple(one for one in damage if one.start >= dropped + (not one.mended))  # how a T-pose jumps into the motion is none
+    damage = damage_after(damage, dropped)
     notices = [*bvh.notices, *tree.notices, *damage_notices(damage)]
     up, unit = mapping.up_axis or bvh.stated.up_axis, mapping.unit
     if up is None:
@@ -152,7 +150,7 @@ def performer_clip_from_bvh(bvh: Bvh, name: str, mapping: JointMapping | None = 
     if len(jumps.frames):
         notices.append(jump_notice(jumps, dropped, mapping.close_jumps))
     damage += tuple(Damage(ROOT_JUMP, frame + dropped, frame + dropped + 1, (tree.names[jumps.joint],)) for frame in jumps.frames.tolist())
-    placed = tuple(joint for joint, channels in enumerate(bvh.channels) if set(channels) >= POSITIONS)
+    placed = tuple(joint for joint, channels in enumerate(bvh.channels) if set(channels) >= set(POSITION_CHANNELS))
     return PerformerClip(
         level_added_feet(motion, tree.edits),
         joint_map,
@@ -194,10 +192,12 @@ def _check_bones(names: tuple[str, ...], positions: np.ndarray, roles: JointMap,
         for chain in (("thigh", "shin", "foot"), ("upper_arm", "forearm", "hand")):
             chains += [(f"{a}_{side}", f"{b}_{side}") for a, b in pairwise(chain)]
     for a, b in chains:
-        if np.linalg.norm(positions[:, roles[a]] - positions[:, roles[b]], axis=-1).min() <= MIN_BONE_RATIO * leg:
+        meet = np.linalg.norm(positions[:, roles[a]] - positions[:, roles[b]], axis=-1) <= MIN_BONE_RATIO * leg
+        if meet.any():
+            where = "" if meet.all() else f" in frame {np.argmax(meet) + 1}{f' and {np.sum(meet) - 1} others' if np.sum(meet) > 1 else ''}"
             raise InputError(
-                f"joints '{names[roles[a]]}' and '{names[roles[b]]}', taken for {a} and {b}, are at the same place; "
-                "name the right joints in a mapping file"
+                f"joints '{names[roles[a]]}' and '{names[roles[b]]}', taken for {a} and {b}, are at the same place{where}; "
+                f"{'cut such frames out, or ' if where else ''}name the right joints in a mapping file"
             )
 
 

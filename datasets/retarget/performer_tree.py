@@ -11,7 +11,6 @@ from datasets.motion.rotation import conjugate, multiply, rotate, rotation_angle
 from datasets.motion.skeleton import forward_kinematics
 from datasets.motion.vectors import unit_vector
 from datasets.retarget.joint_mapping import (
-    MIN_BONE_RATIO,
     MIN_TIP_RATIO,
     TIP_BODIES,
     JointGeometry,
@@ -23,6 +22,7 @@ from datasets.retarget.joint_tree import JointMap, ancestors, rerooted
 from datasets.retarget.mapping_draft import JointMapError, draft_mapping
 from datasets.retarget.tree_edits import TreeEdits
 
+MIN_BONE_RATIO = 1e-3  # of the leg's length, up to which two joints are at one point
 MIN_TURN_RAD = 1e-3  # rad, of a joint that turns at all
 MAX_SHOULDER_TURN = np.radians(20.0)  # rad, against the hips, on the average of a clip
 _OFFSETS = dict(zip(BODY_NAMES, SKELETON.offsets, strict=True))

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from configs.errors import InputError
+from datasets.formats.bvh_parser import MAX_FRAME_TIME, MIN_FRAME_TIME
 from datasets.retarget.joint_mapping import UP_AXES, JointMapping, read_mapping
 
 
@@ -47,9 +48,10 @@ def mapping_from_options(options: argparse.Namespace) -> JointMapping:
     Raises:
         InputError: If a number is none that could be, or the mapping file is broken.
     """
-    for name, value in (("--unit", options.unit), ("--fps", options.fps)):
-        if value is not None and not (value > 0.0 and math.isfinite(value)):
-            raise InputError(f"{name} {value:g} should be a positive number")
+    if options.unit is not None and not 0.0 < options.unit < math.inf:
+        raise InputError(f"--unit {options.unit:g} should be a positive number")
+    if options.fps is not None and not 1 / MAX_FRAME_TIME <= options.fps <= 1 / MIN_FRAME_TIME:
+        raise InputError(f"--fps {options.fps:g} should be a frame rate from {1 / MAX_FRAME_TIME:g} to {1 / MIN_FRAME_TIME:g}")
     mapping = read_mapping(options.mapping) if options.mapping else JointMapping()
     return replace(
         mapping,

@@ -18,8 +18,8 @@ MAX_SPIKE_S, MIN_SPIKE_FRAMES = 0.1, 3  # longest spike: the longer of the two
 MAX_BURST_S = 1.0  # s
 MIN_BURST_SHARE = 0.25  # of the points that are far off in a burst
 # Distance between the frames before and after a spike, over the steps into and out of it, or over what the steps beside it lead to in the
-# time; beyond both the motion went elsewhere.
-MAX_RETURN_RATIO, MAX_DRIFT_RATIO = 0.5, 1.5
+# time; beyond both the motion went elsewhere. The second counts for a burst only if its two steps are opposed: two jumps one way are none.
+MAX_RETURN_RATIO, MAX_DRIFT_RATIO, MAX_OPPOSED_COSINE = 0.5, 1.5, -0.5
 POINT_RADIUS_M = 0.15  # m, from head, hands and feet to the points around them
 _ATTEMPTS = 4  # of steps back that are tried for a step out
 
@@ -53,7 +53,7 @@ def find_spikes(points: np.ndarray, fps: float) -> np.ndarray:
     single = _spans(points, MIN_STEP_M, MIN_SINGLE_RATIO, 1)
     several = _spans(points, max(MIN_STEP_M, fast), MIN_STEP_RATIO, longest)
     several = several[several[:, 1] - several[:, 0] > 1]
-    bursts = _spans(points, max(MIN_BURST_STEP_M, fast), MIN_BURST_STEP_RATIO, round(MAX_BURST_S * fps))
+    bursts = _spans(points, max(MIN_BURST_STEP_M, fast), MIN_BURST_STEP_RATIO, round(MAX_BURST_S * fps), MAX_OPPOSED_COSINE)
     bursts = _of_much_of_the_body(bursts[bursts[:, 1] - bursts[:, 0] > longest], points.shape[1], frames)
     found = np.unique(np.concat([single, several, bursts])[:, :2], axis=0)
     tail = _find_tail(points, max(MIN_BURST_STEP_M, fast), longest, round(MAX_BURST_S * fps))
@@ -91,8 +91,16 @@ def _steps(points: np.ndarray) -> Steps:
     return steps_beside(np.linalg.norm(np.diff(points, axis=0), axis=-1))
 
 
-def _spans(points: np.ndarray, floor: float, ratio: float, longest: int) -> np.ndarray:
-    """Return spans between a step out of calm motion and a step back into it: rows of first frame, frame after the last, point."""
+def _spans(points: np.ndarray, floor: float, ratio: float, longest: int, max_cosine: float = np.inf) -> np.ndarray:
+    """Return spans between a step out of calm motion and a step back into it: rows of first frame, frame after the last, point.
+
+    Args:
+        points: Points of the body [m], shape (T, points, 3).
+        floor: Smallest step [m].
+        ratio: Smallest ratio of a step and the two beside it.
+        longest: Largest number of frames of a span.
+        max_cosine: Largest cosine between the two steps of a span that lasts so long that the motion led elsewhere.
+    """
     steps = _steps(points)
     leaves = steps.size > np.maximum(floor, ratio * steps.before)
     returns = steps.size > np.maximum(floor, ratio * steps.after)
@@ -109,8 +117,11 @@ def _spans(points: np.ndarray, floor: float, ratio: float, longest: int) -> np.n
             out, first, to = out[near], first[near], to[near]
             size = np.minimum(steps.size[out, point], steps.size[to, point])
             beside = np.maximum(steps.before[out, point], steps.after[to, point])
+            away, home = (points[step + 1, point] - points[step, point] for step in (out, to))
+            cosine = np.sum(away * home, axis=-1) / (steps.size[out, point] * steps.size[to, point])
+            drift = MAX_DRIFT_RATIO * (to - out + 1) * beside * (cosine <= max_cosine)
             bridge = np.linalg.norm(points[to + 1, point] - points[out, point], axis=-1)
-            closes = bridge <= np.maximum(MAX_RETURN_RATIO * size, MAX_DRIFT_RATIO * (to - out + 1) * beside)
+            closes = bridge <= np.maximum(MAX_RETURN_RATIO * size, drift)
             found.append(np.stack([out + 1, to + 1, np.full(len(out), point)], axis=1)[closes])
             out, first = out[~closes], first[~closes]
     return np.concat(found)

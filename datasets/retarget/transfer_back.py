@@ -10,7 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from configs.errors import InputError
-from datasets.formats.bvh import Bvh, channel_values, local_pose
+from datasets.formats.bvh import POSITION_CHANNELS, Bvh, channel_values, local_pose
+from datasets.formats.bvh_channels import position_columns
 from datasets.motion.clip import BodyMotion, Motion
 from datasets.motion.frame_blocks import by_blocks
 from datasets.motion.humanoid import BODY_NAMES
@@ -20,7 +21,7 @@ from datasets.motion.skeleton import forward_kinematics
 from datasets.retarget.damage import ROOT_JUMP, Damage
 from datasets.retarget.file_axes import turn_points, turn_rotations
 from datasets.retarget.joint_tree import ancestors, torso_root
-from datasets.retarget.performer_clip import POSITIONS, PerformerClip
+from datasets.retarget.performer_clip import PerformerClip
 from datasets.retarget.pose_edits import find_carrier, set_world_rotations, solve_leg_ik, translate_hips
 from datasets.retarget.retarget import Retargeted
 from datasets.retarget.tree_edits import level_added_feet
@@ -133,7 +134,8 @@ def _changed_values(bvh: Bvh, bridged: np.ndarray, performer_clip: PerformerClip
     positions, rotations = performer_clip.edits.to_clip(recorded_positions.copy(), recorded_rotations.copy())
     positions[dropped:] = turn_points(to_file, motion.local_positions) / performer_clip.unit
     rotations[dropped:] = turn_rotations(to_file, motion.local_rotations)
-    positions, rotations = performer_clip.edits.to_file(positions, rotations, recorded_positions)
+    bones = local_pose(replace(bvh, values=bridged))[0] if performer_clip.edits.turned else recorded_positions  # mended, where it matters
+    positions, rotations = performer_clip.edits.to_file(positions, rotations, bones)
     values = np.round(channel_values(replace(bvh, values=bridged), positions, rotations), DECIMALS)
     joints = np.repeat(np.arange(len(bvh.names)), [len(channels) for channels in bvh.channels])  # joint of each column
     places = np.array([channel.endswith("position") for channels in bvh.channels for channel in channels])
@@ -156,7 +158,7 @@ def _bridged_values(recorded: np.ndarray, damage: Sequence[Damage]) -> np.ndarra
 
 
 def to_zero_ground(bvh: Bvh, retargeted: Retargeted) -> Bvh:
-    """Return a file made by ``to_performer_bvh``, moved up or down in all frames so that its ground is at zero.
+    """Return a file made by ``to_performer_bvh``, moved up or down in all frames so that its ground is at zero; no other channel changes.
 
     Args:
         bvh: File.
@@ -167,12 +169,12 @@ def to_zero_ground(bvh: Bvh, retargeted: Retargeted) -> Bvh:
     """
     clip = retargeted.performer_clip
     pelvis = clip.edits.file_joint(clip.joint_map["pelvis"])
-    above = [joint for joint in ancestors(pelvis, bvh.parents) if set(bvh.channels[joint]) >= POSITIONS]
+    above = [joint for joint in ancestors(pelvis, bvh.parents) if set(bvh.channels[joint]) >= set(POSITION_CHANNELS)]
     if not above:
         raise InputError(f"{clip.motion.name}: no joint at the hips or above has position channels, so that no ground can be put on 0")
     carrier = above[-1]  # what hangs beside the hips moves with them
     raised = clip.axes.T @ (0.0, 0.0, -retargeted.ground / clip.unit)
-    places = np.array([channel.endswith("position") for channels in bvh.channels for channel in channels])
+    places = [column for joint, _, column in position_columns(bvh.channels) if joint == carrier]
 
     def block(part: slice) -> tuple[np.ndarray, ...]:
         own = replace(bvh, values=bvh.values[part])
@@ -182,7 +184,9 @@ def to_zero_ground(bvh: Bvh, retargeted: Retargeted) -> Bvh:
             _, world = forward_kinematics(bvh.parents, positions, rotations)
             moved = rotate(conjugate(world[:, bvh.parents[carrier]]), moved)
         positions[:, carrier] += moved
-        return (np.where(places, np.round(channel_values(own, positions, rotations), DECIMALS), own.values),)
+        values = own.values.copy()
+        values[:, places] = np.round(channel_values(own, positions, rotations)[:, places], DECIMALS)
+        return (values,)
 
     return replace(bvh, values=by_blocks(block, len(bvh.values))[0])
 

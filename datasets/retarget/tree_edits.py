@@ -70,7 +70,7 @@ class TreeEdits:
         Args:
             positions: Position of each of the clip's joints in its parent's frame [file unit], shape (T, J, 3).
             rotations: Rotation of each relative to its parent, wxyz, shape (T, J, 4).
-            recorded: Positions that the file holds [file unit], shape (T, joints, 3).
+            recorded: Positions that the file holds, in damaged frames mended ones [file unit], shape (T, joints, 3).
         """
         positions = positions.copy()
         for joint, shift in self.moved.items():

@@ -6,9 +6,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from datasets.cleanup.foot_contacts import debounce_labels, true_spans
+from datasets.cleanup.foot_contacts import debounce_labels
 from datasets.motion.clip import BodyMotion
 from datasets.motion.frame_blocks import by_blocks
+from datasets.motion.frame_spans import true_spans
 from datasets.motion.humanoid import BODY_NAMES, body_in_words
 from eval.metrics.artefact_tracks import check_pair, joints_from_root
 

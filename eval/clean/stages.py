@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from datasets.cleanup.foot_contacts import detect_foot_contacts, true_spans
+from datasets.cleanup.foot_contacts import detect_foot_contacts
 from datasets.cleanup.ground_levelling import level_to_ground
 from datasets.cleanup.off_feet_spans import OffFeetSpan
 from datasets.cleanup.plant_feet import plant_feet
 from datasets.motion.clip import BodyMotion
+from datasets.motion.frame_spans import true_spans
 from datasets.motion.smoothing import smooth_motion
 from envs.physics.self_collision import remove_self_penetration
 from eval.clean.result import SIMULATED_CONFIDENCE

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from datasets.cleanup.foot_contacts import true_spans
+from datasets.motion.frame_spans import true_spans
 from eval.metrics.artefact_tracks import CONTACT_BY_HEIGHT_M, JITTER_RATE_HZ, ArtefactTracks
 from eval.metrics.artefacts import BALANCE_MARGIN_M, MIN_PENETRATION_M
 from eval.pages.figures import GREY, RECORDED, SUITED, Figure, figure, line

@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from datasets.cleanup.foot_contacts import debounce_labels, detect_foot_contacts, true_spans
+from datasets.cleanup.foot_contacts import debounce_labels, detect_foot_contacts
 from datasets.motion.clip import BodyMotion
+from datasets.motion.frame_spans import true_spans
 from datasets.motion.kinematics import resample
 from datasets.retarget.performer_clip import load_performer_clip
 from datasets.retarget.retarget import retarget

@@ -123,8 +123,9 @@ def test_a_signed_axis_may_stand_apart_from_its_option(tmp_path: Path, capsys: p
         assert "cm, -y, -Z" in " ".join(capsys.readouterr().out.split())
 
 
-@pytest.mark.parametrize("words", [["--unit", "0"], ["--fps", "-3"], ["--fps", "inf"], ["--unit", "nan"]])
+@pytest.mark.parametrize("words", [["--unit", "0"], ["--fps", "-3"], ["--fps", "0.5"], ["--fps", "inf"], ["--unit", "nan"]])
 def test_numbers_that_cannot_be_are_refused(words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     write_bvh(tmp_path / "in.bvh", as_bvh(lively()))
     assert main([str(tmp_path / "in.bvh"), *words]) == 2
-    assert f"error: {words[0]} {words[1]} should be a positive number" in capsys.readouterr().err
+    wanted = {"--unit": "a positive number", "--fps": "a frame rate from 1 to 10000"}  # those that a BVH file may have
+    assert f"error: {words[0]} {words[1]} should be {wanted[words[0]]}" in capsys.readouterr().err

@@ -114,6 +114,15 @@ def test_frame_rate_stands_in_for_the_frame_time(tmp_path: Path) -> None:
     assert "the frame rate, 50" in bvh.notices[0]
 
 
+@pytest.mark.parametrize("header", ["Frame Time: 0\n", "Frame Time: 8.333\n", "Frame Rate: 0\n", ""])
+def test_a_rate_that_the_user_gave_stands_in_for_one_that_cannot_be_or_lacks(tmp_path: Path, header: str) -> None:
+    file = write(tmp_path, TINY.replace("Frame Time: 0.0083333\n", header))
+    bvh = read_bvh(file, fps=50.0)
+    assert (bvh.frame_time, bvh.values.shape, bvh.notices) == (0.02, (2, 9), ())
+    with pytest.raises(InputError):
+        read_bvh(file)
+
+
 @pytest.mark.parametrize(
     ("encoding", "name", "clue"),
     [

@@ -8,7 +8,7 @@ import pytest
 from datasets.formats.bvh import Bvh
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import HINGE_COUNT, rotations_from_hinges
-from datasets.retarget.damage import EMPTY, FROZEN, POSE_JUMP, ROOT_JUMP, SPIKE, WILD, Damage
+from datasets.retarget.damage import EMPTY, FROZEN, POSE_JUMP, ROOT_JUMP, SPIKE, WILD, Damage, damage_after
 from datasets.retarget.joint_mapping import JointMapping
 from datasets.retarget.performer_clip import PerformerClip, performer_clip_from_bvh
 from datasets.retarget.transfer_back import from_performer_bvh, to_performer_bvh
@@ -202,3 +202,22 @@ def test_a_jump_of_the_root_is_kept_out_of_the_clip_and_written_unless_it_is_to_
     expected[:, up] += 10.0
     np.testing.assert_allclose(written.values, expected, atol=1e-5)
     np.testing.assert_allclose(from_performer_bvh(written, found).local_positions, moved.local_positions, atol=1e-7)
+
+
+@pytest.mark.parametrize("axis", [0, 1], ids=["sideways", "up"])
+def test_two_jumps_one_way_within_a_second_are_no_spike(axis: int) -> None:
+    """The clip walks 2 cm a frame; jumps of 30 cm across that are 40 frames apart lead to 60 cm, less than the way between."""
+    clean = steady()
+    column, far = columns_of(clean, "Hips")[axis], 30.0 * ((np.arange(FRAMES) >= 60).astype(float) + (np.arange(FRAMES) >= 100))
+    damaged = with_rows(clean, slice(None), clean.values[:, [column]] + far[:, None], [column])
+    found = performer_clip_from_bvh(damaged, "clip")
+    assert found.damage == (Damage(ROOT_JUMP, 60, 61, ("Hips",)), Damage(ROOT_JUMP, 100, 101, ("Hips",)))
+    np.testing.assert_array_equal(to_performer_bvh(damaged, found, found.motion).values, damaged.values)
+
+
+def test_of_damage_at_a_dropped_t_pose_that_in_the_frames_after_it_is_listed() -> None:
+    """Frames 0 to 2 are dropped: the jump to frame 3 is the T-pose's, and what is damaged from frame 3 on is not."""
+    left = Damage(WILD, 3, 20, mended=False)
+    damage = [Damage(SPIKE, 1, 3), Damage(FROZEN, 2, 5), Damage(POSE_JUMP, 3, 4, mended=False), left, Damage(POSE_JUMP, 4, 5, mended=False)]
+    assert damage_after(damage, 3) == (Damage(FROZEN, 3, 5), left, Damage(POSE_JUMP, 4, 5, mended=False))
+    assert damage_after(damage, 0) == tuple(damage)

@@ -112,6 +112,7 @@ def test_a_mapping_file_says_joints_unit_and_axis(tmp_path: Path) -> None:
         ("thihg_l: LeftUpLeg", "unknown key 'thihg_l', perhaps 'thigh_l'"),
         ("unit: cm", "unit 'cm' should be a positive number"),
         ("unit: -1", "unit '-1' should be a positive number"),
+        ("unit: .inf", "unit 'inf' should be a positive number"),
         ("up: north", "up 'north' should be one of x, y, z, -x, -y, -z"),
         ("[1, 2]", "holds lines like"),
         ("a: [", "not a readable mapping file"),

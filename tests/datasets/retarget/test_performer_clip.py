@@ -55,6 +55,18 @@ def test_a_rate_that_was_said_counts() -> None:
     assert performer_clip_from_bvh(as_bvh(posed({})), "clip", JointMapping(fps=24.0)).motion.fps == 24.0
 
 
+def test_bones_that_lose_their_length_in_some_frames_are_refused_with_the_frames() -> None:
+    """The file places the left foot in its parent's frame; the last two of three frames, too few to mend, put it into the knee."""
+    bvh = as_bvh(posed({}, frames=3))
+    joint = bvh.names.index("LeftFoot")
+    channels = tuple((*bvh.channels[0][:3], *own) if one == joint else own for one, own in enumerate(bvh.channels))
+    column = sum(map(len, channels[:joint]))
+    values = np.insert(bvh.values, [column] * 3, bvh.offsets[joint], axis=1)
+    values[1:, column : column + 3] = 0.0
+    with pytest.raises(InputError, match="same place in frame 2 and 1 others; cut such frames out, or name the right joints"):
+        performer_clip_from_bvh(replace(bvh, channels=channels, values=values), "clip")
+
+
 def test_bones_without_length_are_refused() -> None:
     bvh = as_bvh(posed({}))
     offsets = bvh.offsets.copy()

@@ -260,6 +260,21 @@ def test_hips_at_one_point_are_read_a_persons_width_apart() -> None:
     np.testing.assert_allclose(at["thigh_l"][0] - at["thigh_r"][0], (0.0, 0.18, 0.0), atol=1e-9)
 
 
+def test_on_a_turned_tree_a_bone_that_is_damaged_is_mended_in_the_file() -> None:
+    """The file hangs from the head and places the joint below; in one frame that is 60 cm off, and so is all but the head."""
+    whole = hung_from_the_head(posed({}, frames=60))
+    below, first = whole.parents.index(0), len(whole.channels[0])
+    assert below == 1
+    channels = (whole.channels[0], (*whole.channels[0][:3], *whole.channels[1]), *whole.channels[2:])
+    clean = replace(whole, channels=channels, values=np.insert(whole.values, [first] * 3, whole.offsets[1], axis=1))
+    values = clean.values.copy()
+    values[30, first] += 60.0
+    damaged = replace(clean, values=values)
+    found = performer_clip_from_bvh(damaged, "clip")
+    assert [(one.start, one.stop, one.mended) for one in found.damage] == [(30, 31, True)]
+    np.testing.assert_allclose(to_performer_bvh(damaged, found, found.motion).values, clean.values, atol=1e-5)
+
+
 def test_a_mapping_is_followed_on_a_turned_tree() -> None:
     bvh = hung_from_the_head(lively())
     names = tuple({"HIP": "Bone4", "LeftForeArm": "Bone9"}.get(name, name) for name in bvh.names)

@@ -175,6 +175,20 @@ def test_the_ground_is_put_on_zero_below_a_turned_root_without_places_and_before
     assert moved[:, 1:] == pytest.approx(np.tile([0.0, 40.0, 0.0], (60, moved.shape[1] - 1, 1)), abs=1e-5)
 
 
+def test_on_zero_ground_places_below_the_root_keep_their_very_numbers() -> None:
+    """Only the root's height changes, not the eight decimals of a bone that the file places in its parent's frame."""
+    bvh = as_bvh(posed({}, height=STANDING + 2.5))
+    joint = bvh.names.index("LeftHand")
+    channels = tuple((*bvh.channels[0][:3], *own) if one == joint else own for one, own in enumerate(bvh.channels))
+    column = sum(map(len, channels[:joint]))
+    placed = np.insert(bvh.values, [column] * 3, bvh.offsets[joint] + 1.23e-6, axis=1)
+    bvh = replace(bvh, channels=channels, values=placed)
+    _, result = opened(bvh)
+    out = to_zero_ground(bvh, result)
+    assert set(np.flatnonzero(np.any(out.values != bvh.values, axis=0))) == {1}
+    assert out.values[:, 1] == pytest.approx(bvh.values[:, 1] - 250.0, abs=1e-3)
+
+
 @pytest.mark.parametrize("axes", [np.diag([1.0, -1.0, -1.0]), np.diag([-1.0, 1.0, 1.0])], ids=["y-down", "mirrored"])
 def test_a_file_with_other_axes_keeps_them(axes: np.ndarray) -> None:
     """10 cm more height are 10 cm along the file's own up axis, and a hand that rises to the left does so in the file's own way."""
