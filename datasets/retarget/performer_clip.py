@@ -13,7 +13,7 @@ from datasets.formats.motion_file import read_motion_file
 from datasets.motion.clip import Motion
 from datasets.motion.humanoid import LEG_LENGTH
 from datasets.motion.skeleton import Skeleton, forward_kinematics
-from datasets.retarget.damage import ROOT_JUMP, Damage, damage_notices, mend_damage
+from datasets.retarget.damage import FROZEN, ROOT_JUMP, Damage, damage_notices, mend_damage
 from datasets.retarget.file_axes import BY_MOTION, file_axes, find_up_axis, turn_points, turn_rotations
 from datasets.retarget.joint_mapping import JointMapping
 from datasets.retarget.joint_tree import JointMap
@@ -126,8 +126,13 @@ def performer_clip_from_bvh(bvh: Bvh, name: str, mapping: JointMapping | None = 
     _check_bones(tree.names, positions, joint_map, leg)
     rest = _rest_positions(tree.parents, np.concat([np.zeros((1, 3)), np.median(local_positions, axis=0)[1:]]))
     dropped = _leading_frames(positions, joint_map, leg)
-    damage = tuple(one for one in damage if one.start >= dropped + (not one.mended))  # how a T-pose jumps into the motion is none
+    damage = tuple(
+        one for one in damage if one.start >= dropped + (not one.mended and one.kind != FROZEN)
+    )  # how a T-pose jumps into the motion is none
     notices = [*bvh.notices, *tree.notices, *damage_notices(damage)]
+    if dropped:
+        begins = f"The motion begins after a jump at frame {dropped + 1}"
+        notices.append(f"{begins}; what is before it, as of a rest pose, is left as it is.")
     up, unit = mapping.up_axis or bvh.stated.up_axis, mapping.unit
     if up is None:
         up, shown_by = find_up_axis(positions, rest, joint_map, leg, fps)
