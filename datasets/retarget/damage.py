@@ -102,8 +102,8 @@ def mend_damage(tracks: LocalTracks, names: Sequence[str], joint_map: JointMap, 
     steps = steps_beside(tracks.steps())
     empty = _empty_frames(tracks.rotations, steps)
     spans = find_spikes(points, fps)
-    if len(spans) and spans[0, 0] == 0 and _is_rest_pose(places[0], tracks.rotations[0], joint_map):
-        spans = spans[1:]
+    if _is_rest_pose(places[0], tracks.rotations[0], joint_map):  # as exporters put before the motion
+        frozen, spans = [one for one in frozen if one.start > 0], spans[spans[:, 0] > 0]
     damaged = _far_off(steps, spans, empty)
     wild = _wild_spans(points, fps, np.all(damaged, axis=1))
     for start, stop in wild:
@@ -143,7 +143,7 @@ def _thaw(tracks: LocalTracks, fps: float) -> tuple[LocalTracks, list[Damage]]:
 
 
 def _is_rest_pose(places: np.ndarray, rotations: np.ndarray, joint_map: JointMap) -> bool:
-    """Return whether a frame is a rest pose, such as exporters put before the motion: no rotation, or straight limbs, alike on both sides.
+    """Return whether a frame is a rest pose: no rotation, or straight limbs, alike on both sides.
 
     Args:
         places: Position of each joint in the world [m], shape (J, 3).
@@ -155,10 +155,11 @@ def _is_rest_pose(places: np.ndarray, rotations: np.ndarray, joint_map: JointMap
     at = {body: places[joint] for body, joint in joint_map.items()}
     limbs = [[at[f"{part}_{side}"] for part in chain] for chain in LIMBS for side in "lr"]
     straight = all(unit_vector(middle - upper) @ unit_vector(tip - middle) > MIN_REST_STRAIGHTNESS for upper, middle, tip in limbs)
-    ends = [
-        [np.linalg.norm(at[f"{part}_{side}"] - at[middle]) for middle in ("pelvis", "head") for part in ("hand", "foot")] for side in "lr"
-    ]
-    return straight and float(np.abs(np.subtract(*ends)).max()) < MAX_REST_DIFFERENCE_M
+    left, right = (
+        np.array([np.linalg.norm(at[f"{part}_{side}"] - at[middle]) for middle in ("pelvis", "head") for part in ("hand", "foot")])
+        for side in "lr"
+    )
+    return straight and float(np.abs(left - right).max()) < MAX_REST_DIFFERENCE_M
 
 
 def _empty_frames(rotations: np.ndarray, steps: Steps) -> np.ndarray:

@@ -20,8 +20,10 @@ class JointName(NamedTuple):
 
 
 _SIDES = {
-    "l": "l left lft lf lt links linke linker linkes gauche izquierda izquierdo izq esquerda esquerdo esq lewa lewe lewy sinistra sinistro sx 左 왼쪽 왼",
-    "r": "r right rgt rt rechts rechte rechter rechtes direita direito dir prawa prawe prawy droite droit derecha derecho der destra destro dx 右 오른쪽 오른",
+    "l": "l left lft lf lt links linke linker linkes gauche izquierda izquierdo izq esquerda esquerdo esq "
+    "lewa lewe lewy sinistra sinistro sx 左 왼쪽 왼",
+    "r": "r right rgt rt rechts rechte rechter rechtes direita direito dir prawa prawe prawy droite droit "
+    "derecha derecho der destra destro dx 右 오른쪽 오른",
 }
 _SIDE_OF = {word: side for side, words in _SIDES.items() for word in words.split()}
 _FRENCH_SIDES = {"g": "l", "d": "r"}  # gauche, droite; read only where no name has another side

@@ -126,9 +126,8 @@ def performer_clip_from_bvh(bvh: Bvh, name: str, mapping: JointMapping | None = 
     _check_bones(tree.names, positions, joint_map, leg)
     rest = _rest_positions(tree.parents, np.concat([np.zeros((1, 3)), np.median(local_positions, axis=0)[1:]]))
     dropped = _leading_frames(positions, joint_map, leg)
-    damage = tuple(
-        one for one in damage if one.start >= dropped + (not one.mended and one.kind != FROZEN)
-    )  # how a T-pose jumps into the motion is none
+    # how a T-pose jumps into the motion is no damage
+    damage = tuple(one for one in damage if one.start >= dropped + (not one.mended and one.kind != FROZEN))
     notices = [*bvh.notices, *tree.notices, *damage_notices(damage)]
     if dropped:
         begins = f"The motion begins after a jump at frame {dropped + 1}"
