@@ -92,12 +92,13 @@ class Bvh:
             raise ValueError(f"parents, offsets, channels and end_sites should have one entry for each of {joints} joints")
 
 
-def read_bvh(path: str | os.PathLike[str], figure: int | None = None) -> Bvh:
+def read_bvh(path: str | os.PathLike[str], figure: int | None = None, fps: float | None = None) -> Bvh:
     """Read and check a BVH file.
 
     Args:
         path: BVH file; text of at most 256 MiB.
         figure: Number of the figure to read, from 1, in a file with several ROOTs.
+        fps: Frame rate that the user gave [1/s], for a file whose frame time is none that could be.
 
     Returns:
         Contents of the file, with notices of what was guessed or mended.
@@ -105,7 +106,7 @@ def read_bvh(path: str | os.PathLike[str], figure: int | None = None) -> Bvh:
     Raises:
         InputError: If the file cannot be read or is not a whole and sane BVH, or no figure of several was chosen; names the line.
     """
-    parsed = parse_bvh(Path(path), figure)
+    parsed = parse_bvh(Path(path), figure, fps)
     tree = parsed.tree
     offsets = np.array(tree.offsets, dtype=float)
     channels = tuple(channels or () for channels in tree.channels)

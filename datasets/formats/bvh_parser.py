@@ -82,12 +82,13 @@ class ParsedBvh:
     notices: list[str]
 
 
-def parse_bvh(path: Path, figure: int | None = None) -> ParsedBvh:
+def parse_bvh(path: Path, figure: int | None = None, fps: float | None = None) -> ParsedBvh:
     """Parse a whole file.
 
     Args:
         path: BVH file; text of at most 256 MiB.
         figure: Number of the figure to take, from 1, in a file with several ROOTs.
+        fps: Frame rate that the user gave [1/s], for a file whose frame time is none that could be.
 
     Returns:
         The figure.
@@ -105,19 +106,19 @@ def parse_bvh(path: Path, figure: int | None = None) -> ParsedBvh:
         encoding = find_encoding(path)
         # Nothing but a last character that is cut off is left that could be ignored.
         with path.open(encoding=encoding, errors="ignore") as file:
-            return _parse(Reader(path, file), encoding, figure)
+            return _parse(Reader(path, file), encoding, figure, fps)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}); give the path of a readable BVH file") from error
 
 
-def _parse(reader: Reader, encoding: str, figure: int | None) -> ParsedBvh:
+def _parse(reader: Reader, encoding: str, figure: int | None, fps: float | None) -> ParsedBvh:
     """Parse a whole file with a reader at its beginning."""
     trees = _hierarchy(reader)
     chosen = _choose(reader, trees, figure)
     tree, widths = trees[chosen], [len(tree.channel_names()) for tree in trees]
     if not widths[chosen]:
         reader.fail("no joint has a channel; the hierarchy should have CHANNELS")
-    promised, frame_time = _motion_header(reader)
+    promised, frame_time = _motion_header(reader, fps)
     frames = read_frames(reader, promised, sum(widths))
     first = sum(widths[:chosen])
     frames = frames._replace(values=frames.values[:, first : first + widths[chosen]])
@@ -231,8 +232,13 @@ def _channels(reader: Reader) -> tuple[str, ...]:
     return tuple(words)
 
 
-def _motion_header(reader: Reader) -> tuple[str, float]:
-    """Parse the lines before the first row and return what stands for the number of frames, and the frame time [s]."""
+def _motion_header(reader: Reader, fps: float | None) -> tuple[str, float]:
+    """Parse the lines before the first row and return what stands for the number of frames, and the frame time [s].
+
+    Args:
+        reader: Reader after MOTION.
+        fps: Frame rate that the user gave [1/s], which stands for a frame time that is none.
+    """
     promised, frame_time, rate = "", None, None
     while True:
         words = reader.rest("'Frame Time: NUMBER'" if frame_time is None else "the first frame")
@@ -240,7 +246,10 @@ def _motion_header(reader: Reader) -> tuple[str, float]:
         if found := _FRAME_TIME.fullmatch(text):
             frame_time = reader.real(found[1])
             if not MIN_FRAME_TIME <= frame_time <= MAX_FRAME_TIME:
-                reader.fail(f"a frame time of {frame_time:g} s; it should lie from {MIN_FRAME_TIME:g} to {MAX_FRAME_TIME:g}")
+                if fps is None:
+                    bounds = f"it should lie from {MIN_FRAME_TIME:g} to {MAX_FRAME_TIME:g}"
+                    reader.fail(f"a frame time of {frame_time:g} s; {bounds}, or give the frame rate: --fps N")
+                frame_time = 1 / fps
         elif found := _FRAME_RATE.fullmatch(text):
             rate = reader.real(found[1])
             if not 1 / MAX_FRAME_TIME <= rate <= 1 / MIN_FRAME_TIME:

@@ -65,7 +65,7 @@ def read_motion_file(
         path: BVH, MVNX, AMC, FBX, GLB or glTF file.
         figure: Number of the figure to read, from 1, in a BVH file with several ROOTs or a scene with several skeletons.
         skeleton: ASF file of an AMC file, None to find it beside that.
-        fps: Frame rate that the user gave [1/s], for formats without one.
+        fps: Frame rate that the user gave [1/s], for files without one, or with one that cannot be.
 
     Returns:
         Contents of the file in the terms of BVH, with notices of what was guessed or mended.
@@ -81,7 +81,7 @@ def read_motion_file(
         return read_asf_amc(path, skeleton, fps)
     if suffix in SCENE_SUFFIXES:
         return read_scene(path, figure)
-    return read_bvh(path, figure)
+    return read_bvh(path, figure, fps)
 
 
 def write_motion_file(path: str | os.PathLike[str], bvh: Bvh, source: str | os.PathLike[str]) -> tuple[str, ...]:
