@@ -46,7 +46,7 @@ def guess_by_symmetry(parents: tuple[int, ...], offsets: np.ndarray) -> JointMap
         others = [child for child in children[chest] if child not in pairs[1]]
         guess |= {"head": _chain(max(others, key=lambda child: sizes[child]), children)[-1]} if others else {}
         spine = ancestors(chest, parents)[1:]
-        spine = spine[: spine.index(guess["pelvis"])] if guess["pelvis"] in spine else []
+        spine = spine[: spine.index(guess["pelvis"])][::-1] if guess["pelvis"] in spine else []
         guess |= {"spine": spine[len(spine) // 2]} if spine else {}
     return guess
 
