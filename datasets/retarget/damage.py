@@ -13,6 +13,7 @@ from scipy.ndimage import binary_closing, binary_dilation
 from datasets.motion.frame_spans import true_spans
 from datasets.motion.humanoid import split_side
 from datasets.motion.rotation import rotation_angle
+from datasets.motion.vectors import unit_vector
 from datasets.retarget.joint_tree import JointMap
 from datasets.retarget.local_tracks import LocalTracks
 from datasets.retarget.spikes import MIN_STEP_M, MIN_STEP_RATIO, Steps, body_points, find_pose_jumps, find_spikes, steps_beside
@@ -27,8 +28,13 @@ MIN_TRACK_RATIO = 2.0  # of the steps of a joint that is far off over the steps 
 MIN_WHOLE_SHARE, MIN_WHOLE_TRACKS = 1 / 3, 5  # of the tracks that move at all: where more are far off, the whole frame is replaced
 MIN_WILD_ACCELERATION_M_S2 = 300.0  # m/s^2, of a quarter of the body's points in most frames
 MIN_WILD_SHARE, MAX_WILD_GAP, MIN_WILD_FRAMES = 0.25, 3, 6  # of the points; frames between two such frames; on end
+MIN_FROZEN_END_SPEED = 10.0  # the same of the root (0.3 m/s), in FROZEN_END_STEPS beside frames frozen at the beginning or end of a clip
+FROZEN_END_STEPS = 3
 SAME_STEP = 1e-9  # tolerances, up to which frames are equal
 ZERO_TURN_RAD = 1e-6  # rad
+LIMBS = (("thigh", "shin", "foot"), ("upper_arm", "forearm", "hand"))
+MIN_REST_STRAIGHTNESS = np.cos(np.radians(35.0))  # cosine of the bend of knees and elbows at a rest pose
+MAX_REST_DIFFERENCE_M = 0.1  # m, of the distances of the left and the right hand and foot from pelvis and head at a rest pose
 END_PARTS = ("head", "hand", "foot", "toe")
 MAX_TOLD_SPANS, MAX_TOLD_JOINTS = 6, 3
 
@@ -100,10 +106,14 @@ def mend_damage(tracks: LocalTracks, names: Sequence[str], joint_map: JointMap, 
         return tracks, ()
     tracks, frozen = _thaw(tracks, fps)
     ends = [joint for body, joint in joint_map.items() if split_side(body)[0] in END_PARTS]
-    points = body_points(*tracks.world_poses(), joint_map["pelvis"], ends)
+    places, turns = tracks.world_poses()
+    points = body_points(places, turns, joint_map["pelvis"], ends)
     steps = steps_beside(tracks.steps())
     empty = _empty_frames(tracks.rotations, steps)
-    damaged = _far_off(steps, find_spikes(points, fps), empty)
+    spans = find_spikes(points, fps)
+    if _is_rest_pose(places[0], tracks.rotations[0], joint_map):  # as exporters put before the motion
+        frozen, spans = [one for one in frozen if one.start > 0], spans[spans[:, 0] > 0]
+    damaged = _far_off(steps, spans, empty)
     wild = _wild_spans(points, fps, np.all(damaged, axis=1))
     for start, stop in wild:
         damaged[start:stop] = False
@@ -120,10 +130,16 @@ def mend_damage(tracks: LocalTracks, names: Sequence[str], joint_map: JointMap, 
 
 def _thaw(tracks: LocalTracks, fps: float) -> tuple[LocalTracks, list[Damage]]:
     """Return the clip without frames that repeat the one before them amid motion, and the spans of these frames."""
-    steps = tracks.steps().max(axis=1)
+    each = tracks.steps()
+    steps, moved = each.max(axis=1), each[:, len(tracks.parents) :].max(axis=1)
     found, damaged = [], np.zeros((len(tracks.rotations), tracks.count), dtype=bool)
     for first, last in true_spans(steps < SAME_STEP).tolist():  # the frame that is repeated, and the last of those that repeat it
-        if last - first + 1 < MIN_FROZEN_FRAMES or first == 0 or last == len(steps):
+        if last - first + 1 < MIN_FROZEN_FRAMES:
+            continue
+        if first == 0 or last == len(steps):  # nothing lies between, but somebody on the move does not stop from one frame to the next
+            beside = moved[last : last + FROZEN_END_STEPS] if first == 0 else moved[max(first - FROZEN_END_STEPS, 0) : first]
+            if beside.min(initial=np.inf) * fps > MIN_FROZEN_END_SPEED and len(beside):
+                found.append(Damage(FROZEN, first + (first > 0), last + (first > 0), mended=False))
             continue
         recorded = steps[first - 1] <= MIN_STEP_RATIO * steps[max(first - 3, 0) : first - 1].max(
             initial=1.0
@@ -133,6 +149,26 @@ def _thaw(tracks: LocalTracks, fps: float) -> tuple[LocalTracks, list[Damage]]:
             found.append(Damage(FROZEN, first + 1, last + 1, mended=short))
             damaged[first + 1 : last + 1] = short
     return tracks.bridged(damaged) if damaged.any() else tracks, found
+
+
+def _is_rest_pose(places: np.ndarray, rotations: np.ndarray, joint_map: JointMap) -> bool:
+    """Return whether a frame is a rest pose: no rotation, or straight limbs, alike on both sides.
+
+    Args:
+        places: Position of each joint in the world [m], shape (J, 3).
+        rotations: Rotation of each joint relative to its parent, wxyz, shape (J, 4).
+        joint_map: Joint of each body.
+    """
+    if rotation_angle(rotations).max() < ZERO_TURN_RAD:
+        return True
+    at = {body: places[joint] for body, joint in joint_map.items()}
+    limbs = [[at[f"{part}_{side}"] for part in chain] for chain in LIMBS for side in "lr"]
+    straight = all(unit_vector(middle - upper) @ unit_vector(tip - middle) > MIN_REST_STRAIGHTNESS for upper, middle, tip in limbs)
+    left, right = (
+        np.array([np.linalg.norm(at[f"{part}_{side}"] - at[middle]) for middle in ("pelvis", "head") for part in ("hand", "foot")])
+        for side in "lr"
+    )
+    return straight and float(np.abs(left - right).max()) < MAX_REST_DIFFERENCE_M
 
 
 def _empty_frames(rotations: np.ndarray, steps: Steps) -> np.ndarray:
@@ -154,7 +190,9 @@ def _far_off(steps: Steps, spans: np.ndarray, empty: np.ndarray) -> np.ndarray:
     """
     damaged = np.zeros((len(empty), steps.size.shape[1]), dtype=bool)
     for start, stop in spans.tolist():
-        far = steps.size[start - 1] > np.maximum(1.0, MIN_TRACK_RATIO * steps.before[start - 1])
+        far = np.ones(steps.size.shape[1], dtype=bool)
+        if start > 0:
+            far &= steps.size[start - 1] > np.maximum(1.0, MIN_TRACK_RATIO * steps.before[start - 1])
         if stop < len(damaged):
             far &= steps.size[stop - 1] > np.maximum(1.0, MIN_TRACK_RATIO * steps.after[stop - 1])
         damaged[start:stop] |= far

@@ -7,12 +7,13 @@ import numpy as np
 from datasets.retarget.joint_tree import JointMap, ancestors
 
 CHAIN_JOINTS = 3  # of a limb, at least
+MIN_LIKELY_LENGTH = 0.75  # of the shorter of two bones in series over the most that any two of the branch have
 
 
 def guess_by_symmetry(parents: tuple[int, ...], offsets: np.ndarray) -> JointMap:
     """Return joints that may be limbs, pelvis, chest and head: legs and arms are the two pairs of like branches nearest to the root.
 
-    The two longest bones of a branch in series are thigh and shin, or upper arm and forearm. Left is where x is larger at rest.
+    Two long bones of a branch in series are thigh and shin, or upper arm and forearm. Left is where x is larger at rest.
 
     Args:
         parents: Index of each joint's parent, -1 for the root.
@@ -35,7 +36,7 @@ def guess_by_symmetry(parents: tuple[int, ...], offsets: np.ndarray) -> JointMap
     for pair, bodies in zip(pairs[:2], limbs, strict=False):
         for side, begin in zip("lr", pair, strict=True):
             chain = _chain(begin, children)
-            first = max(range(len(chain) - 2), key=lambda n: _bones(chain, rest)[n : n + 2].min())
+            first = _first_of_limb(_bones(chain, rest))
             guess |= {f"{body}_{side}": joint for body, joint in zip(bodies, chain[first:], strict=False) if body}
             if bodies[0] == "upper_arm" and first:
                 guess[f"collar_{side}"] = chain[first - 1]
@@ -44,6 +45,9 @@ def guess_by_symmetry(parents: tuple[int, ...], offsets: np.ndarray) -> JointMap
         guess |= {"pelvis": parents[pairs[0][0]], "chest": chest}
         others = [child for child in children[chest] if child not in pairs[1]]
         guess |= {"head": _chain(max(others, key=lambda child: sizes[child]), children)[-1]} if others else {}
+        spine = ancestors(chest, parents)[1:]
+        spine = spine[: spine.index(guess["pelvis"])][::-1] if guess["pelvis"] in spine else []
+        guess |= {"spine": spine[len(spine) // 2]} if spine else {}
     return guess
 
 
@@ -53,6 +57,12 @@ def _chain(begin: int, children: list[list[int]]) -> list[int]:
     while len(children[chain[-1]]) == 1:
         chain += children[chain[-1]]
     return chain
+
+
+def _first_of_limb(bones: np.ndarray) -> int:
+    """Return which of the bones (N,) of a branch is its thigh or upper arm: of likely ones the last, as collar bones may be as long."""
+    shorter = np.minimum(bones[:-1], bones[1:])
+    return int(np.flatnonzero(shorter >= MIN_LIKELY_LENGTH * shorter.max())[-1])
 
 
 def _bones(chain: list[int], rest: np.ndarray) -> np.ndarray:

@@ -20,8 +20,10 @@ class JointName(NamedTuple):
 
 
 _SIDES = {
-    "l": "l left lft lf lt links linke linker linkes gauche izquierda izquierdo izq sinistra sinistro sx 左 왼쪽 왼",
-    "r": "r right rgt rt rechts rechte rechter rechtes droite droit derecha derecho der destra destro dx 右 오른쪽 오른",
+    "l": "l left lft lf lt links linke linker linkes gauche izquierda izquierdo izq esquerda esquerdo esq "
+    "lewa lewe lewy sinistra sinistro sx 左 왼쪽 왼",
+    "r": "r right rgt rt rechts rechte rechter rechtes direita direito dir prawa prawe prawy droite droit "
+    "derecha derecho der destra destro dx 右 오른쪽 오른",
 }
 _SIDE_OF = {word: side for side, words in _SIDES.items() for word in words.split()}
 _FRENCH_SIDES = {"g": "l", "d": "r"}  # gauche, droite; read only where no name has another side
@@ -30,42 +32,43 @@ _SPELLINGS = {
     "upper": "up uper u",
     "lower": "lo low",
     "fore": "f avant ante avam",
-    "arm": "bras brazo braccio 腕 팔",
-    "leg": "bein jambe pierna gamba 足 다리",
-    "hand": "main mano 手 손",
+    "arm": "bras brazo braccio 腕 팔 braco",
+    "leg": "bein jambe pierna gamba 足 다리 perna been",
+    "hand": "main mano 手 손 mao dlon reka",
     "palm": "handflache 手掌",
-    "wrist": "handgelenk poignet muneca polso 手首 手腕 손목",
-    "elbow": "ellbogen ellenbogen coude codo gomito ひじ 肘 手肘 팔꿈치",
-    "shoulder": "schulter epaule hombro spalla 肩 肩膀 어깨",
+    "wrist": "handgelenk poignet muneca polso 手首 手腕 손목 pols pulso punho nadgarstek",
+    "elbow": "ellbogen ellenbogen coude codo gomito ひじ 肘 手肘 팔꿈치 elleboog cotovelo lokiec",
+    "shoulder": "schulter epaule hombro spalla 肩 肩膀 어깨 schouder ombro bark",
     "shldr": "shlder",
     "humerus": "",
     "radius": "",
     "ulna": "",
     "bicep": "biceps",
-    "collar": "clavicle clav schlusselbein clavicule clavicula clavicola 鎖骨 锁骨 쇄골",
+    "collar": "clavicle clav schlusselbein clavicule clavicula clavicola 鎖骨 锁骨 쇄골 sleutelbeen obojczyk",
     "scapula": "scap",
-    "thigh": "oberschenkel cuisse muslo coscia 太もも 大腿 허벅지",
+    "thigh": "oberschenkel cuisse muslo coscia 太もも 大腿 허벅지 bovenbeen coxa udo",
     "femur": "",
-    "hip": "hips hufte hanche cadera anca 髋 胯 엉덩이",
-    "knee": "knie genou rodilla ginocchio ひざ 膝 膝盖 무릎",
-    "shin": "unterschenkel すね 脛 下腿 小腿 종아리",
-    "calf": "mollet pantorrilla",
+    "hip": "hips hufte hanche cadera anca 髋 胯 엉덩이 heup quadril biodro",
+    "knee": "knie genou rodilla ginocchio ひざ 膝 膝盖 무릎 joelho kolano",
+    "shin": "unterschenkel すね 脛 下腿 小腿 종아리 onderbeen podudzie canela",
+    "calf": "mollet pantorrilla kuit lydka",
     "tibia": "",
-    "ankle": "knochel cheville tobillo caviglia 足首 脚踝 踝 발목",
-    "foot": "fuss pied pie piede 脚 발",
-    "toe": "toes zehe zehen orteil orteils つま先 足先 脚趾 발가락",
+    "ankle": "knochel cheville tobillo caviglia 足首 脚踝 踝 발목 enkel tornozelo kostka",
+    "foot": "fuss pied pie piede 脚 발 voet pe stopa",
+    "toe": "toes zehe zehen orteil orteils つま先 足先 脚趾 발가락 teen tenen",
     "ball": "",
     "base": "",
-    "head": "kopf tete cabeza testa 頭 头 머리",
+    "head": "kopf tete cabeza testa 頭 头 머리 hoofd cabeca glowa",
     "nose": "nase nez",
-    "neck": "hals nacken cou cuello collo 首 颈 脖子 목",
-    "spine": "wirbelsaule colonne columna 上半身 背骨 脊椎 脊柱 척추",
+    "neck": "hals nacken cou cuello collo 首 颈 脖子 목 nek pescoco szyja",
+    "spine": "wirbelsaule colonne columna 上半身 背骨 脊椎 脊柱 척추 ruggengraat wervelkolom coluna kregoslup",
     "hub": "",
-    "chest": "thorax ribcage torso brust poitrine pecho 胸 가슴",
-    "pelvis": "becken bassin 下半身 骨盤 骨盆 골반",
+    "chest": "thorax ribcage torso brust poitrine pecho 胸 가슴 borst borstkas peito",
+    "pelvis": "becken bassin 下半身 骨盤 骨盆 골반 bekken pelve miednica",
     "joint": "",
 }
 _COMPOUNDS = {
+    "bovenarm": "upper arm", "onderarm": "fore arm", "antebraco": "fore arm", "przedramie": "fore arm", "ramie": "upper arm",
     "oberarm": "upper arm", "unterarm": "fore arm", "antebrazo": "fore arm", "avambraccio": "fore arm", "上腕": "upper arm",
     "前腕": "fore arm", "上臂": "upper arm", "大臂": "upper arm", "前臂": "fore arm", "小臂": "fore arm", "下臂": "fore arm",
     "위팔": "upper arm", "아래팔": "fore arm",
@@ -109,7 +112,7 @@ def read_joint_names(names: tuple[str, ...]) -> list[JointName]:
 
 def _tokens(name: str) -> list[str]:
     """Return a name's words and numbers in lower case, split at changes of case, digits, separators and known words of Japanese."""
-    name = unicodedata.normalize("NFKD", name.replace("ß", "ss").rpartition(":")[2].rpartition("|")[2])
+    name = unicodedata.normalize("NFKD", name.replace("ß", "ss").replace("ł", "l").replace("Ł", "L").rpartition(":")[2].rpartition("|")[2])
     plain = "".join(letter for letter in name if not "̀" <= letter <= "ͯ")  # accents, but not the marks of kana
     tokens = _TOKEN.findall(unicodedata.normalize("NFC", plain))
     return [part for token in tokens for part in (("l", "f") if token == "LF" else _parts(token.lower()))]  # as in "LFArm", not "lf_arm"

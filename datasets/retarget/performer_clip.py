@@ -126,6 +126,9 @@ def performer_clip_from_bvh(bvh: Bvh, name: str, mapping: JointMapping | None = 
     dropped = _leading_frames(positions, joint_map, leg)
     damage = damage_after(damage, dropped)
     notices = [*bvh.notices, *tree.notices, *damage_notices(damage)]
+    if dropped:
+        begins = f"The motion begins after a jump at frame {dropped + 1}"
+        notices.append(f"{begins}; what is before it, as of a rest pose, is left as it is.")
     up, unit = mapping.up_axis or bvh.stated.up_axis, mapping.unit
     if up is None:
         up, shown_by = find_up_axis(positions, rest, joint_map, leg, fps)

@@ -42,7 +42,7 @@ def body_points(positions: np.ndarray, rotations: np.ndarray, pelvis: int, ends:
 def find_spikes(points: np.ndarray, fps: float) -> np.ndarray:
     """Return the spans of spikes and bursts, first frame and frame after the last, shape (spans, 2), in the order of time.
 
-    A span that reaches the end of the clip has no step out of it.
+    A span that begins with the clip has no step into it, one that reaches its end no step out of it.
 
     Args:
         points: Points of ``body_points`` [m], shape (T, points, 3).
@@ -56,8 +56,10 @@ def find_spikes(points: np.ndarray, fps: float) -> np.ndarray:
     bursts = _spans(points, max(MIN_BURST_STEP_M, fast), MIN_BURST_STEP_RATIO, round(MAX_BURST_S * fps), MAX_OPPOSED_COSINE)
     bursts = _of_much_of_the_body(bursts[bursts[:, 1] - bursts[:, 0] > longest], points.shape[1], frames)
     found = np.unique(np.concat([single, several, bursts])[:, :2], axis=0)
-    tail = _find_tail(points, max(MIN_BURST_STEP_M, fast), longest, round(MAX_BURST_S * fps))
-    return found if tail is None else np.concat([found, [[tail, frames]]])
+    floor, calm = max(MIN_BURST_STEP_M, fast), round(MAX_BURST_S * fps)
+    head, tail = (_find_tail(way, floor, longest, calm) for way in (points[::-1], points))
+    at_ends = ([] if head is None else [[0, frames - head]], [] if tail is None else [[tail, frames]])
+    return np.concat([np.reshape(at_ends[0], (-1, 2)), found, np.reshape(at_ends[1], (-1, 2))]).astype(int)
 
 
 def find_pose_jumps(points: np.ndarray, fps: float) -> np.ndarray:
@@ -104,7 +106,6 @@ def _spans(points: np.ndarray, floor: float, ratio: float, longest: int, max_cos
     steps = _steps(points)
     leaves = steps.size > np.maximum(floor, ratio * steps.before)
     returns = steps.size > np.maximum(floor, ratio * steps.after)
-    leaves[:1] = returns[-1:] = False  # no motion is known beside them
     found = [np.zeros((0, 3), dtype=int)]
     for point in np.flatnonzero(leaves.any(axis=0) & returns.any(axis=0)):
         out, back = np.flatnonzero(leaves[:, point]), np.flatnonzero(returns[:, point])
@@ -113,7 +114,7 @@ def _spans(points: np.ndarray, floor: float, ratio: float, longest: int, max_cos
             known = first + attempt < len(back)
             out, first = out[known], first[known]
             to = back[first + attempt]
-            near = to - out <= longest
+            near = (to - out <= longest) & ((out > 0) | (to < len(points) - 2))  # motion is known on one side at least
             out, first, to = out[near], first[near], to[near]
             size = np.minimum(steps.size[out, point], steps.size[to, point])
             beside = np.maximum(steps.before[out, point], steps.after[to, point])
@@ -137,7 +138,7 @@ def _of_much_of_the_body(spans: np.ndarray, num_points: int, frames: int) -> np.
 
 
 def _find_tail(points: np.ndarray, floor: float, longest: int, calm: int) -> int | None:
-    """Return the first frame after a step that is alone in the last frames of a clip, None if there is none.
+    """Return the first frame after a step out of calm motion, in the last frames of a clip, that is alone or much of the body's, or None.
 
     Args:
         points: Points of the body [m], shape (T, points, 3).
@@ -147,7 +148,8 @@ def _find_tail(points: np.ndarray, floor: float, longest: int, calm: int) -> int
     """
     size = np.linalg.norm(np.diff(points[-longest - calm - 1 :], axis=0), axis=-1)
     for step in range(max(len(size) - longest, MIN_SPIKE_FRAMES), len(size)):
-        beside = np.concat([size[max(step - calm, 0) : step], size[step + 1 :]]).max(axis=0)
-        if (size[step] > np.maximum(floor, MIN_BURST_STEP_RATIO * beside)).any():
+        before = np.maximum(floor, MIN_BURST_STEP_RATIO * size[max(step - calm, 0) : step].max(axis=0))
+        after = MIN_BURST_STEP_RATIO * size[step + 1 :].max(axis=0, initial=0.0)
+        if (size[step] > np.maximum(before, after)).any() or (size[step] > before).mean() >= MIN_BURST_SHARE:
             return len(points) - len(size) + step
     return None

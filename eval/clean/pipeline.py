@@ -158,7 +158,9 @@ def _to_performer(retargeted: Retargeted, simulated: SimulatedClip, off_feet: li
 
 
 def _pose_notices(poses: RestoredPoses) -> tuple[str, ...]:
-    """Return what a person should know of the poses of a clip, if they were corrected."""
+    """Return what a person should know of the poses of a clip, if they were corrected or could not be."""
+    if poses.unknown_poses:
+        return ("The poses are unlike those of the suits that the restoring network knows; they were not corrected.",)
     return () if poses.contacts is None else (misalignment_notice(poses.misalignments),)
 
 

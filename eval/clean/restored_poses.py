@@ -13,6 +13,8 @@ from eval.clean.misalignments import Misalignment, find_misalignments
 # deg, mean angle of the constant misalignments over the bodies, under which a clip is taken for clean: of bandai/train, another
 # capture system than the network's, 95 % of the suits' recordings are above twice as much and 95 % of the clean clips below half of it.
 MIN_MEAN_MISALIGNMENT_DEG = 1.0
+# deg, of a body, beyond any strap: real suits have up to 26. Somebody who kneels or lies all the time is unlike what the network knows.
+MAX_MISALIGNMENT_DEG = 45.0
 
 
 class RestoredPoses(NamedTuple):
@@ -22,11 +24,13 @@ class RestoredPoses(NamedTuple):
         motion: The clip with corrected poses, or the very clip where it was left as it is.
         contacts: Whether the left and the right foot stand, as the network sees it, shape (T, 2); None where the clip was left.
         misalignments: Segments whose sensors were clearly misaligned, the largest first.
+        unknown_poses: Whether the clip was left because no suit's misalignment would explain its poses.
     """
 
     motion: BodyMotion
     contacts: np.ndarray | None
     misalignments: tuple[Misalignment, ...]
+    unknown_poses: bool = False
 
 
 def restore_clip(model: RestoreModel | None, recorded: BodyMotion) -> RestoredPoses:
@@ -39,7 +43,9 @@ def restore_clip(model: RestoreModel | None, recorded: BodyMotion) -> RestoredPo
     if model is None:
         return RestoredPoses(recorded, None, ())
     found = restore_poses(model, recorded)
-    if np.degrees(np.linalg.norm(found.constant, axis=-1)).mean() < MIN_MEAN_MISALIGNMENT_DEG:
-        return RestoredPoses(recorded, None, ())
+    degrees = np.degrees(np.linalg.norm(found.constant, axis=-1))
+    unknown = bool(degrees.max() > MAX_MISALIGNMENT_DEG)
+    if unknown or degrees.mean() < MIN_MEAN_MISALIGNMENT_DEG:
+        return RestoredPoses(recorded, None, (), unknown)
     contacts = debounce_contacts(found.contacts[:, :2] > 0.5, recorded.fps)
     return RestoredPoses(found.motion, contacts, find_misalignments(found.constant, found.constant_std))

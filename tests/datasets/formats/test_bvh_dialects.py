@@ -108,6 +108,14 @@ def test_scales_of_one_are_not_worth_a_word_and_stay(tmp_path: Path) -> None:
     assert not bvh.notices
 
 
+@pytest.mark.parametrize("frame_time", ["0", "8.3333"])
+def test_a_frame_time_that_cannot_be_gives_way_to_the_rate_of_the_user(tmp_path: Path, frame_time: str) -> None:
+    path = write(tmp_path, TINY.replace("Frame Time: 0.0083333", f"Frame Time: {frame_time}"))
+    with pytest.raises(InputError, match="--fps N"):
+        read_bvh(path)
+    assert read_bvh(path, fps=50.0).frame_time == 0.02
+
+
 def test_frame_rate_stands_in_for_the_frame_time(tmp_path: Path) -> None:
     bvh = read_bvh(write(tmp_path, TINY.replace("Frame Time: 0.0083333", "Frame Rate: 50 fps")))
     assert bvh.frame_time == 0.02

@@ -94,6 +94,30 @@ def test_a_last_frame_of_zeros_equals_the_one_before() -> None:
     np.testing.assert_allclose(found.motion.local_positions[-1], found.motion.local_positions[-2], atol=1e-12)
 
 
+@pytest.mark.parametrize("frames", [1, 3])
+def test_bad_frames_at_the_beginning_equal_the_first_good_one(frames: int) -> None:
+    clean, rng = steady(), np.random.default_rng(0)
+    damaged = with_rows(clean, slice(0, frames), rng.uniform(-90.0, 90.0, (frames, clean.values.shape[1])))
+    found = performer_clip_from_bvh(damaged, "clip")
+    assert (found.damage, found.dropped_frames) == ((Damage(SPIKE, 0, frames),), 0)
+    np.testing.assert_allclose(found.motion.local_rotations[0], found.motion.local_rotations[frames], atol=1e-12)
+    np.testing.assert_allclose(found.motion.local_positions[0], found.motion.local_positions[frames], atol=1e-12)
+
+
+def test_bad_frames_at_the_end_equal_the_last_good_one() -> None:
+    clean, rng = steady(), np.random.default_rng(0)
+    damaged = with_rows(clean, slice(FRAMES - 3, FRAMES), rng.uniform(-90.0, 90.0, (3, clean.values.shape[1])))
+    found = performer_clip_from_bvh(damaged, "clip")
+    assert found.damage == (Damage(SPIKE, FRAMES - 3, FRAMES),)
+    np.testing.assert_allclose(found.motion.local_positions[-1], found.motion.local_positions[-4], atol=1e-12)
+
+
+def test_a_bad_second_frame_is_replaced() -> None:
+    clean, rng = steady(), np.random.default_rng(0)
+    damaged = with_rows(clean, slice(1, 2), rng.uniform(-90.0, 90.0, (1, clean.values.shape[1])))
+    assert_mended(clean, damaged, [Damage(SPIKE, 1, 2)])
+
+
 @pytest.mark.parametrize("frames", [1, 3, 6])
 @pytest.mark.parametrize(("joint", "degrees"), [("LeftArm", 60.0), ("RightLeg", 50.0), ("Head", 90.0), ("Hips", 60.0)])
 def test_spikes_of_a_joint_are_replaced_in_that_joint_alone(joint: str, degrees: float, frames: int) -> None:
@@ -118,6 +142,14 @@ def test_a_root_that_is_at_zero_for_some_frames_is_put_back(frames: int) -> None
 def test_frozen_frames_amid_motion_are_replaced(first: int) -> None:
     clean = steady()
     assert_mended(clean, with_rows(clean, slice(first + 1, first + 6), clean.values[first]), [Damage(FROZEN, first + 1, first + 6)])
+
+
+@pytest.mark.parametrize(("rows", "copied"), [(slice(0, 100), 100), (slice(111, FRAMES), 110)])
+def test_frozen_frames_at_an_end_are_told(rows: slice, copied: int) -> None:
+    """Nothing lies on their other side; who walks at 1.2 m/s does not stand still in the next frame. A knee is bent: no rest pose."""
+    clean = steady()
+    found = performer_clip_from_bvh(with_rows(clean, rows, clean.values[copied]), "clip")
+    assert found.damage == (Damage(FROZEN, rows.start, rows.stop, mended=False),)
 
 
 def test_frames_that_are_frozen_for_more_than_a_second_are_left_and_told() -> None:
@@ -171,7 +203,8 @@ def test_standing_still_is_no_frozen_frame() -> None:
 def test_a_leading_t_pose_is_no_damage() -> None:
     clean = steady()
     found = performer_clip_from_bvh(with_rows(clean, slice(0, 1), as_bvh(posed({})).values[0]), "clip")
-    assert (found.dropped_frames, [one for one in found.damage if one.kind != ROOT_JUMP], found.notices) == (1, [], ())
+    assert (found.dropped_frames, [one for one in found.damage if one.kind != ROOT_JUMP]) == (1, [])
+    assert found.notices == ("The motion begins after a jump at frame 2; what is before it, as of a rest pose, is left as it is.",)
 
 
 def test_a_pose_that_jumps_for_good_is_told() -> None:

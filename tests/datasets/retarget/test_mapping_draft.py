@@ -3,6 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from datasets.formats.bvh import Bvh, write_bvh
@@ -40,6 +41,21 @@ def test_the_draft_of_a_skeleton_without_names_completes_it(tmp_path: Path) -> N
     found = performer_clip_from_bvh(bare, "clip", mapping).joint_map
     assert found == performer_clip_from_bvh(bvh, "clip").joint_map
     assert set(found) == set(BODY_NAMES)
+
+
+def test_collar_bones_as_long_as_forearms_are_no_upper_arms_in_a_draft(tmp_path: Path) -> None:
+    bvh = as_bvh(lively())
+    arms = [bvh.names.index(f"{side}Arm") for side in ("Left", "Right")]
+    forearm = np.linalg.norm(bvh.offsets[bvh.names.index("LeftHand")])
+    offsets = bvh.offsets.copy()
+    offsets[arms] *= 1.05 * forearm / np.linalg.norm(offsets[arms[0]])
+    bare = replace(bvh, names=tuple(f"joint{n}" for n in range(len(bvh.names))), offsets=offsets)
+    (tmp_path / "mapping.yaml").write_text(refused(bare).draft, encoding="utf-8")
+    joints = read_mapping(tmp_path / "mapping.yaml").joints
+    assert {body: bvh.names[bare.names.index(joint)] for body, joint in joints.items() if body.endswith("_l")} == {
+        "collar_l": "LeftShoulder", "upper_arm_l": "LeftArm", "forearm_l": "LeftForeArm", "hand_l": "LeftHand",
+        "thigh_l": "LeftUpLeg", "shin_l": "LeftLeg", "foot_l": "LeftFoot", "toe_l": "LeftToeBase",
+    }  # fmt: skip
 
 
 def test_a_draft_is_written_once_and_its_path_is_said(tmp_path: Path) -> None:

@@ -31,6 +31,14 @@ def test_a_clip_that_is_hardly_misaligned_stays_the_very_clip(monkeypatch: pytes
     assert left.misalignments == ()
 
 
+def test_poses_that_no_strap_explains_stay_the_very_clip() -> None:
+    """1 rad of one body, 57 degrees, is 2.9 on average over 20, beyond the limit of a clean clip."""
+    clip = lively().cut(40, 80)
+    left = restore_clip(Told([1.0], [0.1]), clip)
+    assert left.motion is clip
+    assert (left.contacts, left.misalignments, left.unknown_poses) == (None, (), True)
+
+
 def test_without_a_network_nothing_is_done() -> None:
     clip = lively()
     assert restore_clip(None, clip).motion is clip
