@@ -14,10 +14,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from configs.errors import InputError
-from datasets.formats.asf_parser import Bone, Skeleton, is_degrees, open_acclaim, parse_asf
+from datasets.formats.asf_parser import Bone, Skeleton, is_degrees, parse_asf
 from datasets.formats.bvh import Bvh, Stated, bvh_from_pose, depth_first
 from datasets.formats.bvh_rows import MAX_VALUES, UNFINISHED_NUMBER, Frames, fill_missing_values
-from datasets.formats.bvh_text import MAX_MAGNITUDE, Reader, quote
+from datasets.formats.bvh_text import MAX_MAGNITUDE, Reader, open_text, quote
 
 ASF_SUFFIX = ".asf"
 USUAL_FPS = 120.0  # 1/s, of CMU and HDM05; an AMC file does not say it
@@ -96,7 +96,7 @@ def _rate(path: Path, given: float | None) -> tuple[float, list[str]]:
 
 def _parse_amc(path: Path, skeleton: Skeleton, frame_time: float) -> _Motion:
     """Parse a motion file; gaps of values that are no numbers are filled, see ``fill_missing_values``."""
-    with open_acclaim(path, "AMC") as reader:
+    with open_text(path, "AMC") as reader:
         degrees, fps = skeleton.degrees, None
         while (words := reader.rest("the number of a frame")) and words[0].startswith(":"):
             keyword = words[0].lower()

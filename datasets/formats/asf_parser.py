@@ -1,13 +1,11 @@
 """Parser of ASF, the Acclaim skeleton file: bones with lengths, directions, axes and degrees of freedom, and how they hang together."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from configs.errors import InputError
-from datasets.formats.bvh_parser import MAX_BYTES, MAX_DEPTH, MAX_NAME, MAX_NODES, Vector
-from datasets.formats.bvh_text import Reader, find_encoding, quote
+from datasets.formats.bvh_parser import MAX_DEPTH, MAX_NAME, MAX_NODES, Vector
+from datasets.formats.bvh_text import Reader, open_text, quote
 
 ROOT = "root"  # what the root is called in both files
 DEGREES_OF_FREEDOM = ("tx", "ty", "tz", "rx", "ry", "rz", "l")  # translations, rotations, length
@@ -56,22 +54,6 @@ class Skeleton:
     position: Vector = _NO_VECTOR
 
 
-@contextmanager
-def open_acclaim(path: Path, kind: str) -> Iterator[Reader]:
-    """Open an ASF or AMC file, named by ``kind``, of at most 256 MiB; errors of the system become InputErrors."""
-    try:
-        if not path.is_file():
-            problem = "not a regular file" if path.exists() else "no such file"
-            raise InputError(f"{path}: {problem}; give the path of an {kind} file")
-        size = path.stat().st_size
-        if not 0 < size <= MAX_BYTES:
-            raise InputError(f"{path}: {size} bytes long; an {kind} file has at least one and at most {MAX_BYTES}")
-        with path.open(encoding=find_encoding(path), errors="ignore") as file:
-            yield Reader(path, file)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}); give the path of a readable {kind} file") from error
-
-
 def parse_asf(path: Path) -> Skeleton:
     """Parse a skeleton.
 
@@ -84,7 +66,7 @@ def parse_asf(path: Path) -> Skeleton:
     Raises:
         InputError: If the file cannot be read or is no whole and sane ASF; names the line.
     """
-    with open_acclaim(path, "ASF") as reader:
+    with open_text(path, "ASF") as reader:
         skeleton, sections = Skeleton([Bone(ROOT)]), set[str]()
         words = reader.more()
         while words:

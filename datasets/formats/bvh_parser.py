@@ -13,10 +13,9 @@ import numpy as np
 
 from configs.errors import InputError
 from datasets.formats.bvh_rows import fill_missing_values, read_frames
-from datasets.formats.bvh_text import LATIN_1, SHIFT_JIS, UTF_8, Reader, find_encoding, quote
+from datasets.formats.bvh_text import LATIN_1, SHIFT_JIS, UTF_8, Reader, open_text, quote
 
 CHANNELS = tuple(f"{axis}{kind}" for kind in ("position", "rotation", "scale") for axis in "XYZ")
-MAX_BYTES = 256 * 2**20  # of a file; ten minutes of a suit with 59 joints of six channels at 125 Hz
 MAX_NODES = 1000  # joints and end sites; the largest real skeleton seen has 165 joints
 MAX_NAME = 200  # characters in a joint's name
 MAX_DEPTH = 100  # joints from the root to a leaf
@@ -96,24 +95,13 @@ def parse_bvh(path: Path, figure: int | None = None, fps: float | None = None) -
     Raises:
         InputError: If the file cannot be read or is not a whole and sane BVH, or no figure of several was chosen; names the line.
     """
-    try:
-        if not path.is_file():
-            problem = "not a regular file" if path.exists() else "no such file"
-            raise InputError(f"{path}: {problem}; give the path of a BVH file")
-        size = path.stat().st_size
-        if not 0 < size <= MAX_BYTES:
-            raise InputError(f"{path}: {size} bytes long; a BVH file has at least one and at most {MAX_BYTES}")
-        encoding = find_encoding(path)
-        # Nothing but a last character that is cut off is left that could be ignored.
-        with path.open(encoding=encoding, errors="ignore") as file:
-            return _parse(Reader(path, file), encoding, figure, fps)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}); give the path of a readable BVH file") from error
+    with open_text(path, "BVH") as reader:
+        return _parse(reader, figure, fps)
 
 
-def _parse(reader: Reader, encoding: str, figure: int | None, fps: float | None) -> ParsedBvh:
+def _parse(reader: Reader, figure: int | None, fps: float | None) -> ParsedBvh:
     """Parse a whole file with a reader at its beginning."""
-    trees = _hierarchy(reader)
+    encoding, trees = reader.file.encoding, _hierarchy(reader)
     chosen = _choose(reader, trees, figure)
     tree, widths = trees[chosen], [len(tree.channel_names()) for tree in trees]
     if not widths[chosen]:

@@ -1,12 +1,15 @@
-"""Text of a BVH file: its encoding, then its words and numbers, within bounds of lines and sizes."""
+"""Text of a motion file, BVH, ASF or AMC: its encoding, then its words and numbers, within bounds of lines and sizes."""
 
 import codecs
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NoReturn, TextIO
 
 from configs.errors import InputError
 
+MAX_BYTES = 256 * 2**20  # of a file; ten minutes of a suit with 59 joints of six channels at 125 Hz
 MAX_LINE = 2**20  # characters in a line
 MAX_LINES = 5_000_000  # in a file; eleven hours at 120 frames per second
 MAX_MAGNITUDE = 1e6  # of an offset or a channel: 1 km in millimetres, 2,777 turns
@@ -143,6 +146,35 @@ class Reader:
 def quote(text: str) -> str:
     """Return text from a file in quotes for a message: short, printable, on one line."""
     return ascii(text if len(text) <= 40 else text[:40] + "...")
+
+
+@contextmanager
+def open_text(path: Path, kind: str) -> Iterator[Reader]:
+    """Open a file of at most ``MAX_BYTES`` in its encoding.
+
+    Args:
+        path: File.
+        kind: Name of its format in messages, such as "BVH".
+
+    Yields:
+        Reader at its beginning.
+
+    Raises:
+        InputError: If there is no such file, it is empty or too long, or it cannot be read.
+    """
+    a_file = f"{'an' if kind[0] in 'AEIOU' else 'a'} {kind} file"
+    try:
+        if not path.is_file():
+            problem = "not a regular file" if path.exists() else "no such file"
+            raise InputError(f"{path}: {problem}; give the path of {a_file}")
+        size = path.stat().st_size
+        if not 0 < size <= MAX_BYTES:
+            raise InputError(f"{path}: {size} bytes long; {a_file} has at least one and at most {MAX_BYTES}")
+        # Nothing but a last character that is cut off is left that could be ignored.
+        with path.open(encoding=find_encoding(path), errors="ignore") as file:
+            yield Reader(path, file)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}); give the path of a readable {kind} file") from error
 
 
 def find_encoding(path: Path) -> str:
