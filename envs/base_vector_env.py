@@ -112,11 +112,7 @@ class MimicVectorEnvBase(VectorEnv):
         """
         before = self._state
         action = self._actuation.smooth(raw_action, before.action)
-        if self.assist_force_bw or self._is_wrench_set:  # a wrench acts until another one is set
-            observed = self.library.at(before.row).observed
-            self.assist_wrench = root_assist_wrench(self.physics.bodies(), observed, self.assist_force_bw)
-            self.physics.set_root_wrench(self.assist_wrench)
-            self._is_wrench_set = self.assist_force_bw > 0.0
+        virtual_angles = self._lead_to_reference(before.row)
         end = self._clip_end[before.clip]
         row = array_namespace(end).minimum(before.row + FRAMES_PER_STEP, end)  # a world that ended and was not reset holds the last frame
         self._state = before._replace(row=row, action=action)
@@ -124,9 +120,7 @@ class MimicVectorEnvBase(VectorEnv):
         angles = self.library.feed_forward if self.task.feed_forward else None
         feed_forward = None if angles is None else angles[row]
         targets = self._actuation.pd_targets(reference.observed, action, feed_forward)
-        if self.task.virtual_model:
-            targets = targets + virtual_model_angles(self.physics.bodies(), self.library.at(before.row).observed)
-        failed = self.physics.step(targets) | invalid
+        failed = self.physics.step(targets if virtual_angles is None else targets + virtual_angles) | invalid
         self.physics_failures += failed.sum()
         agent = self.physics.bodies()
         at_end = row + FRAMES_PER_STEP > before.last_row
@@ -135,6 +129,18 @@ class MimicVectorEnvBase(VectorEnv):
         self._metrics.add(outcome.imitation_reward, *roots, body_error(agent, reference.observed))
         info = {f"reward/{name}": term for name, term in outcome.reward_terms._asdict().items()} | {"physics_failed": failed}
         return self._observe(agent, reference), outcome, info
+
+    def _lead_to_reference(self, row: Array) -> Array | None:
+        """Set the coming step's assisting wrench towards the reference at rows (N,); return the virtual model's angles (N, 43) or None."""
+        sets_wrench = bool(self.assist_force_bw) or self._is_wrench_set  # a wrench acts until another one is set
+        if not (sets_wrench or self.task.virtual_model):
+            return None
+        agent, observed = self.physics.bodies(), self.library.at(row).observed
+        if sets_wrench:
+            self.assist_wrench = root_assist_wrench(agent, observed, self.assist_force_bw)
+            self.physics.set_root_wrench(self.assist_wrench)
+            self._is_wrench_set = self.assist_force_bw > 0.0
+        return virtual_model_angles(agent, observed) if self.task.virtual_model else None
 
     def _observe(self, agent: BodyState, reference: Reference, worlds: Array | slice = slice(None)) -> Array:
         """Return the observations (n, O) of worlds, of all by default, from their bodies and references."""
