@@ -18,8 +18,8 @@ from datasets.formats.motion_file import FORMATS_IN_WORDS, READABLE_SUFFIXES, is
 from datasets.imu.recording import measured_accelerations
 from datasets.motion.clip import FPS, BodyMotion
 from datasets.motion.kinematics import resample
-from datasets.retarget.joint_mapping import JointMapping
-from datasets.retarget.performer_clip import load_recording
+from datasets.performer.performer_clip import load_recording
+from datasets.performer.reading_options import ReadingOptions
 from datasets.retarget.retarget import retarget
 
 SYNTHETIC_SOURCE = "synthetic"
@@ -67,19 +67,19 @@ def _say(line: str) -> None:
 
 def load_clips(
     source: str | os.PathLike[str],
-    mapping: JointMapping | None = None,
+    reading: ReadingOptions | None = None,
     fps: float = FPS,
     seed: int = 0,
     progress: Callable[[Sequence[Any]], Iterable[Any]] = iter,
     say: Callable[[str], None] = _say,
 ) -> list[BodyMotion]:
     """Return the clips of a motion source; arguments and errors are those of ``load_source_motions``."""
-    return [one.clip for one in load_source_motions(source, mapping, fps, seed, progress, say)]
+    return [one.clip for one in load_source_motions(source, reading, fps, seed, progress, say)]
 
 
 def load_source_motions(
     source: str | os.PathLike[str],
-    mapping: JointMapping | None = None,
+    reading: ReadingOptions | None = None,
     fps: float = FPS,
     seed: int = 0,
     progress: Callable[[Sequence[Any]], Iterable[Any]] = iter,
@@ -89,7 +89,7 @@ def load_source_motions(
 
     Args:
         source: Motion file, folder of them (searched with its subfolders, in the order of paths), or "synthetic".
-        mapping: Known joints, unit and axes of all the files; the rest is detected.
+        reading: Known joints, unit and axes of all the files; the rest is detected.
         fps: Frame rate of the returned clips [1/s].
         seed: Seed of synthetic motion.
         progress: Wraps the loop over the files, such as a progress bar.
@@ -107,7 +107,7 @@ def load_source_motions(
         return [SourceMotion(resample(clip, fps)) for clip in synthetic_clips(seed=seed)]
     paths = find_motion_files(source)
     read, broken = [], []
-    for path, one in zip(paths, map_on_cores(partial(_read, mapping=mapping, fps=fps), paths, progress), strict=True):
+    for path, one in zip(paths, map_on_cores(partial(_read, reading=reading, fps=fps), paths, progress), strict=True):
         if isinstance(one, SourceMotion):
             read.append((path, one))
         else:
@@ -127,10 +127,10 @@ def load_source_motions(
     return recordings
 
 
-def _read(path: Path, mapping: JointMapping | None, fps: float) -> SourceMotion | InputError:
+def _read(path: Path, reading: ReadingOptions | None, fps: float) -> SourceMotion | InputError:
     """Return the clip of a file with its accelerations, or what is wrong with the file."""
     try:
-        bvh, performer_clip = load_recording(path, mapping)
+        bvh, performer_clip = load_recording(path, reading)
         retargeted = retarget(performer_clip)
     except InputError as error:
         return InputError(str(error))  # one of another class may not travel between processes

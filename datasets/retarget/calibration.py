@@ -15,7 +15,7 @@ from datasets.motion.kinematics import linear_velocity
 from datasets.motion.rotation import conjugate, cross, from_axis_angle, multiply, rotate
 from datasets.motion.skeleton import forward_kinematics
 from datasets.motion.vectors import rotation_between, rotation_from_axes, unit_vector
-from datasets.retarget.performer_clip import PerformerClip
+from datasets.performer.performer_clip import PerformerClip
 
 TORSO = ("pelvis", "spine", "chest", "head", "collar_l", "collar_r")
 # Body -> next body, the one after, and the axis about which the limb bends at rest, (upper segment) x (lower segment)

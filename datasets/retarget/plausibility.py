@@ -7,12 +7,12 @@ from itertools import pairwise
 
 import numpy as np
 
+from datasets.joints.joint_tree import JointMap
 from datasets.motion.kinematics import joint_poses
 from datasets.motion.rotation import cross, rotate
 from datasets.motion.vectors import unit_vector
-from datasets.retarget.file_axes import nearest_axis
-from datasets.retarget.joint_tree import JointMap
-from datasets.retarget.performer_clip import PerformerClip, leg_length
+from datasets.performer.file_axes import nearest_axis
+from datasets.performer.performer_clip import PerformerClip, leg_length
 from datasets.retarget.retarget import Retargeted, foot_tip
 
 MOST_OF_A_TAKE = 2 / 3  # of the frames
@@ -38,11 +38,11 @@ MAX_SIDE_RATIO = 1.3  # of the longer leg or arm and the other
 def find_implausible(retargeted: Retargeted) -> tuple[str, ...]:
     """Return a line for each sign that a recording is not what it was taken for, with the option that mends it.
 
-    What the user said (``JointMapping``) is not doubted, but for left and right.
+    What the user said (``ReadingOptions``) is not doubted, but for left and right.
     """
     clip = retargeted.performer_clip
     positions, rotations = joint_poses(clip.motion)
-    leg, said = leg_length(positions, clip.joint_map), clip.mapping
+    leg, said = leg_length(positions, clip.joint_map), clip.reading
     at = {body: positions[:, joint] / leg for body, joint in clip.joint_map.items()}
     found = [
         None if said.up_axis else _upside_down(clip, at) or _lying(clip, at),
@@ -95,7 +95,7 @@ def _mirrored(clip: PerformerClip, at: dict[str, np.ndarray], rotations: np.ndar
     against = np.mean(toes) < -MIN_TOE_EVIDENCE if toes else way < -MIN_WALK_EVIDENCE
     if np.mean(knees) > -MIN_KNEE_EVIDENCE or not against:
         return None
-    mend = "leave out --mirror" if clip.mapping.mirror else "a left-handed export has exchanged them: --mirror"
+    mend = "leave out --mirror" if clip.reading.mirror else "a left-handed export has exchanged them: --mirror"
     return f"Knees bend forward and {'toes point' if toes else 'the way leads'} backward, as if left were right; {mend}."
 
 

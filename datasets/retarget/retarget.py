@@ -12,15 +12,15 @@ from typing import Self
 import numpy as np
 
 from datasets.ik.two_bone_ik import bend_normal
+from datasets.joints.joint_tree import JointMap
 from datasets.motion.clip import BodyMotion, Motion
 from datasets.motion.frame_blocks import by_blocks
 from datasets.motion.humanoid import BODIES, BODY_NAMES, FOOT_AND_TOE_BODIES, LEG_LENGTH, SKELETON
 from datasets.motion.kinematics import MAX_LEVEL_DIFFERENCE_M, align_quaternion_signs, body_poses, clip_lowest_heights, joint_poses
 from datasets.motion.rotation import conjugate, cross, from_axis_angle, from_yaw, heading, multiply, rotate
 from datasets.motion.vectors import rotation_from_axes, unit_vector
+from datasets.performer.performer_clip import PerformerClip, leg_length
 from datasets.retarget.calibration import LIMB_HINGES, PerformerCalibration, WorldPoses, calibrate_performer
-from datasets.retarget.joint_tree import JointMap
-from datasets.retarget.performer_clip import PerformerClip, leg_length
 
 # The ground is where feet stand: measured on 48 CMU clips, this quarter of standing soles left them floating 5 mm and
 # sinking 3 mm on average, where the lowest tenth of all frames left them floating 18 mm and sinking 1 mm.

@@ -16,10 +16,10 @@ from datasets.formats.bvh import Bvh
 from datasets.imu.recording import measured_accelerations
 from datasets.motion.clip import FPS, BodyMotion, Motion
 from datasets.motion.kinematics import resample, resample_to
-from datasets.retarget.joint_mapping import JointMapping
-from datasets.retarget.performer_clip import performer_clip_from_bvh
+from datasets.performer.performer_clip import performer_clip_from_bvh
+from datasets.performer.reading_options import ReadingOptions
 from datasets.retarget.plausibility import find_implausible
-from datasets.retarget.reading import describe_reading
+from datasets.retarget.read_as import describe_reading
 from datasets.retarget.retarget import Retargeted, retarget, retarget_with
 from datasets.retarget.transfer_back import to_performer_bvh, to_zero_ground, transfer_back
 from envs.physics.self_collision import find_overlaps
@@ -75,7 +75,7 @@ class CleaningPipeline:
         self,
         bvh: Bvh,
         name: str,
-        mapping: JointMapping | None = None,
+        reading: ReadingOptions | None = None,
         truth: BodyMotion | None = None,
         progress: Callable[[str, float], None] = lambda _stage, _share: None,
     ) -> tuple[Bvh, CleaningResult]:
@@ -84,7 +84,7 @@ class CleaningPipeline:
         Args:
             bvh: Parsed input file.
             name: Name of the clip in messages and in the report.
-            mapping: Joint names, unit, axes, rate and ground that the user gave.
+            reading: Joint names, unit, axes, rate and ground that the user gave.
             truth: Clean clip behind the input at 60 fps, where it is known; measured in the report, never used.
             progress: Called with the name of each stage of ``eval.clean.progress`` as it begins, and with the share of it that is done.
 
@@ -92,7 +92,7 @@ class CleaningPipeline:
             InputError: If no human skeleton is found in the file.
         """
         progress(RETARGETING, 0.0)
-        performer = performer_clip_from_bvh(bvh, name, mapping)  # own skeleton, in metres, Z up
+        performer = performer_clip_from_bvh(bvh, name, reading)  # own skeleton, in metres, Z up
         retargeted = retarget(performer)  # 20 bodies, own rate
         recorded = resample(retargeted.motion, FPS)
         read, read_as = (*performer.notices, *find_implausible(retargeted)), describe_reading(retargeted)
@@ -142,7 +142,7 @@ class CleaningPipeline:
         )
         progress(WRITING, 0.0)
         written = to_performer_bvh(bvh, performer, output)
-        return (to_zero_ground(written, retargeted) if performer.mapping.zero_ground else written), result
+        return (to_zero_ground(written, retargeted) if performer.reading.zero_ground else written), result
 
 
 def _to_performer(retargeted: Retargeted, simulated: SimulatedClip, off_feet: list[OffFeetSpan]) -> Motion:

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from datasets.damage.damage import Damage
 from datasets.motion.clip import BodyMotion
-from datasets.retarget.damage import Damage
 from envs.physics.self_collision import Overlap
 from eval.clean.misalignments import Misalignment
 from eval.clean.moved_joints import MovedSpan

@@ -13,8 +13,8 @@ from datasets.library.drift_alignment import align_drift
 from datasets.library.sources import find_motion_files, load_clips
 from datasets.motion.clip import FPS, BodyMotion
 from datasets.motion.kinematics import resample
+from datasets.performer.performer_clip import performer_clip_from_bvh
 from datasets.retarget.humanoid_bvh import to_humanoid_bvh
-from datasets.retarget.performer_clip import performer_clip_from_bvh
 from datasets.retarget.retarget import retarget, retarget_with
 from datasets.retarget.transfer_back import from_performer_bvh
 from eval.clean.pipeline import CleaningPipeline

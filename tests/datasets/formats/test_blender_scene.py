@@ -19,7 +19,7 @@ from datasets.formats.bvh import Bvh, channel_values, local_pose, read_bvh
 from datasets.motion.kinematics import body_poses
 from datasets.motion.rotation import from_axis_angle, multiply
 from datasets.motion.skeleton import forward_kinematics
-from datasets.retarget.performer_clip import performer_clip_from_bvh
+from datasets.performer.performer_clip import performer_clip_from_bvh
 from datasets.retarget.retarget import retarget
 from tests.builders import as_bvh, lively
 from tests.datasets.formats.blender_scenes import (

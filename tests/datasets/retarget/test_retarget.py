@@ -12,7 +12,7 @@ from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_NAMES, hinge_angles, rotations_from_hinges
 from datasets.motion.kinematics import body_poses, lowest_point_heights
 from datasets.motion.rotation import conjugate, multiply, rotate, rotation_angle
-from datasets.retarget.performer_clip import load_performer_clip, performer_clip_from_bvh
+from datasets.performer.performer_clip import load_performer_clip, performer_clip_from_bvh
 from datasets.retarget.retarget import Retargeted, retarget
 from datasets.retarget.retarget_error import measure_retarget
 from tests.builders import STANDING, as_bvh, hinge, lively, posed

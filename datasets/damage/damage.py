@@ -10,13 +10,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import binary_closing, binary_dilation
 
+from datasets.damage.local_tracks import LocalTracks
+from datasets.damage.spikes import MIN_STEP_M, MIN_STEP_RATIO, Steps, body_points, find_pose_jumps, find_spikes, steps_beside
+from datasets.joints.joint_tree import JointMap
 from datasets.motion.frame_spans import true_spans
 from datasets.motion.humanoid import split_side
 from datasets.motion.rotation import rotation_angle
 from datasets.motion.vectors import unit_vector
-from datasets.retarget.joint_tree import JointMap
-from datasets.retarget.local_tracks import LocalTracks
-from datasets.retarget.spikes import MIN_STEP_M, MIN_STEP_RATIO, Steps, body_points, find_pose_jumps, find_spikes, steps_beside
 
 SPIKE, EMPTY, FROZEN, WILD, POSE_JUMP, ROOT_JUMP = "spike", "empty", "frozen", "wild", "pose jump", "root jump"
 IN_WORDS = {SPIKE: "far off", EMPTY: "all rotations zero", FROZEN: "frozen", WILD: "jumping from frame to frame"}

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from datasets.damage.damage import EMPTY, FROZEN, POSE_JUMP, ROOT_JUMP, SPIKE, WILD, Damage, damage_after
 from datasets.formats.bvh import Bvh
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import HINGE_COUNT, rotations_from_hinges
-from datasets.retarget.damage import EMPTY, FROZEN, POSE_JUMP, ROOT_JUMP, SPIKE, WILD, Damage, damage_after
-from datasets.retarget.joint_mapping import JointMapping
-from datasets.retarget.performer_clip import PerformerClip, performer_clip_from_bvh
+from datasets.performer.performer_clip import PerformerClip, performer_clip_from_bvh
+from datasets.performer.reading_options import ReadingOptions
 from datasets.retarget.transfer_back import from_performer_bvh, to_performer_bvh
 from tests.builders import STANDING, as_bvh, hinge, posed
 
@@ -222,7 +222,7 @@ def test_a_jump_of_the_root_is_kept_out_of_the_clip_and_written_unless_it_is_to_
     clean = steady()
     across = columns_of(clean, "Hips")[0]
     damaged = with_rows(clean, slice(75, FRAMES), clean.values[75:][:, [across]] + 300.0, [across])
-    found = performer_clip_from_bvh(damaged, "clip", JointMapping(close_jumps=close))
+    found = performer_clip_from_bvh(damaged, "clip", ReadingOptions(close_jumps=close))
     assert found.damage == (Damage(ROOT_JUMP, 75, 76, ("Hips",)),)
     assert found.notices[0].startswith(
         "The root jumps from one frame to the next, by 3.00 m at frame 76: " + ("closed" if close else "kept")

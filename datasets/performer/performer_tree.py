@@ -6,21 +6,15 @@ from itertools import pairwise
 import numpy as np
 
 from datasets.formats.bvh import Bvh
+from datasets.joints.joint_mapping import MIN_TIP_RATIO, TIP_BODIES, JointGeometry, find_joint_map, uncertain_bodies
+from datasets.joints.joint_tree import JointMap, ancestors, rerooted
+from datasets.joints.mapping_draft import JointMapError, draft_mapping
 from datasets.motion.humanoid import BODY_NAMES, LEG_LENGTH, SKELETON, body_in_words, split_side
 from datasets.motion.rotation import conjugate, multiply, rotate, rotation_angle
 from datasets.motion.skeleton import forward_kinematics
 from datasets.motion.vectors import unit_vector
-from datasets.retarget.joint_mapping import (
-    MIN_TIP_RATIO,
-    TIP_BODIES,
-    JointGeometry,
-    JointMapping,
-    find_joint_map,
-    uncertain_bodies,
-)
-from datasets.retarget.joint_tree import JointMap, ancestors, rerooted
-from datasets.retarget.mapping_draft import JointMapError, draft_mapping
-from datasets.retarget.tree_edits import TreeEdits
+from datasets.performer.reading_options import ReadingOptions
+from datasets.performer.tree_edits import TreeEdits
 
 MIN_BONE_RATIO = 1e-3  # of the leg's length, up to which two joints are at one point
 MIN_TURN_RAD = 1e-3  # rad, of a joint that turns at all
@@ -48,21 +42,21 @@ class PerformerTree:
     notices: tuple[str, ...]
 
 
-def find_performer_tree(bvh: Bvh, positions: np.ndarray, rotations: np.ndarray, mapping: JointMapping) -> PerformerTree:
+def find_performer_tree(bvh: Bvh, positions: np.ndarray, rotations: np.ndarray, reading: ReadingOptions) -> PerformerTree:
     """Return the tree on which a file's clip is read.
 
     Args:
         bvh: Contents of the file.
         positions: Position of each joint in its parent's frame [file unit], shape (T, joints, 3).
         rotations: Rotation of each joint relative to its parent, wxyz, shape (T, joints, 4).
-        mapping: Joints known beforehand.
+        reading: What the user said of the file.
 
     Raises:
         JointMapError: If the joints are no human's.
     """
     turns = rotation_angle(multiply(conjugate(rotations), np.broadcast_to(rotations[:1], rotations.shape))).max(axis=0) > MIN_TURN_RAD
     geometry = JointGeometry(np.median(positions, axis=0), turns)
-    joint_map = find_joint_map(bvh.names, bvh.parents, mapping, geometry)
+    joint_map = find_joint_map(bvh.names, bvh.parents, reading.joints, geometry)
     tree = PerformerTree(bvh.names, bvh.parents, joint_map, TreeEdits(), tuple(_guesses(joint_map, bvh.names)))
     tree = _set_hips_apart(_add_tips(_turn_round(tree), bvh, positions, rotations), positions, rotations)
     return replace(tree, joint_map={body: tree.joint_map[body] for body in BODY_NAMES if body in tree.joint_map})

@@ -8,20 +8,20 @@ from pathlib import Path
 import numpy as np
 
 from configs.errors import InputError
+from datasets.damage.damage import ROOT_JUMP, Damage, damage_after, damage_notices, mend_damage
+from datasets.damage.local_tracks import LocalTracks
+from datasets.damage.root_jumps import NO_JUMPS, RootJumps, find_root_jumps, jump_notice
 from datasets.formats.bvh import POSITION_CHANNELS, Bvh, local_pose
 from datasets.formats.motion_file import read_motion_file
+from datasets.joints.joint_tree import JointMap
+from datasets.joints.mapping_draft import JointMapError
 from datasets.motion.clip import Motion
 from datasets.motion.humanoid import LEG_LENGTH
 from datasets.motion.skeleton import Skeleton, forward_kinematics
-from datasets.retarget.damage import ROOT_JUMP, Damage, damage_after, damage_notices, mend_damage
-from datasets.retarget.file_axes import BY_MOTION, file_axes, find_up_axis, turn_points, turn_rotations
-from datasets.retarget.joint_mapping import JointMapping
-from datasets.retarget.joint_tree import JointMap
-from datasets.retarget.local_tracks import LocalTracks
-from datasets.retarget.mapping_draft import JointMapError
-from datasets.retarget.performer_tree import MIN_BONE_RATIO, end_offsets, find_performer_tree
-from datasets.retarget.root_jumps import NO_JUMPS, RootJumps, find_root_jumps, jump_notice
-from datasets.retarget.tree_edits import TreeEdits, level_added_feet
+from datasets.performer.file_axes import BY_MOTION, file_axes, find_up_axis, turn_points, turn_rotations
+from datasets.performer.performer_tree import MIN_BONE_RATIO, end_offsets, find_performer_tree
+from datasets.performer.reading_options import ReadingOptions
+from datasets.performer.tree_edits import TreeEdits, level_added_feet
 
 METRES_PER_UNIT: dict[str, float] = {"m": 1.0, "ft": 0.3048, "dm": 0.1, "CMU": 0.056444, "inch": 0.0254, "cm": 0.01, "mm": 0.001}
 RARE_UNITS = ("ft", "dm", "inch")  # in which files hardly ever are
@@ -44,7 +44,7 @@ class PerformerClip:
         up_axis: Axis of the file that points up, such as "y" or "-z".
         dropped_frames: Number of leading frames that were dropped because they jump (a T-pose).
         joints_with_positions: Joints with position channels.
-        mapping: What the user said of the file.
+        reading: What the user said of the file.
         notices: Lines that a person should read about what was guessed.
         edits: How its tree was made from the file's.
         damage: Damaged frames of the file, in the order of time.
@@ -58,7 +58,7 @@ class PerformerClip:
     up_axis: str
     dropped_frames: int
     joints_with_positions: tuple[int, ...] = (0,)
-    mapping: JointMapping = field(default_factory=JointMapping)
+    reading: ReadingOptions = field(default_factory=ReadingOptions)
     notices: tuple[str, ...] = ()
     edits: TreeEdits = field(default_factory=TreeEdits)
     damage: tuple[Damage, ...] = ()
@@ -67,20 +67,20 @@ class PerformerClip:
     @property
     def written_jumps(self) -> RootJumps:
         """Jumps of the root that the output has."""
-        return NO_JUMPS if self.mapping.close_jumps else self.root_jumps
+        return NO_JUMPS if self.reading.close_jumps else self.root_jumps
 
     @property
     def axes(self) -> np.ndarray:
         """Matrix (3, 3) from the file's axes to ours."""
-        return file_axes(self.up_axis, self.mapping.mirror)
+        return file_axes(self.up_axis, self.reading.mirror)
 
 
-def load_performer_clip(path: str | os.PathLike[str], mapping: JointMapping | None = None) -> PerformerClip:
+def load_performer_clip(path: str | os.PathLike[str], reading: ReadingOptions | None = None) -> PerformerClip:
     """Read a motion file in metres and Z up.
 
     Args:
         path: Motion file of any format.
-        mapping: Known joints, unit and axes; the rest is detected.
+        reading: Known joints, unit and axes; the rest is detected.
 
     Returns:
         Clip on its own skeleton.
@@ -88,34 +88,34 @@ def load_performer_clip(path: str | os.PathLike[str], mapping: JointMapping | No
     Raises:
         InputError: If the file is broken or holds no human.
     """
-    return load_recording(path, mapping)[1]
+    return load_recording(path, reading)[1]
 
 
-def load_recording(path: str | os.PathLike[str], mapping: JointMapping | None = None) -> tuple[Bvh, PerformerClip]:
+def load_recording(path: str | os.PathLike[str], reading: ReadingOptions | None = None) -> tuple[Bvh, PerformerClip]:
     """Return the contents of a motion file and its clip; arguments and errors are those of ``load_performer_clip``."""
     try:
-        bvh = read_performer_file(path, mapping)
-        return bvh, performer_clip_from_bvh(bvh, Path(path).stem, mapping)
+        bvh = read_performer_file(path, reading)
+        return bvh, performer_clip_from_bvh(bvh, Path(path).stem, reading)
     except JointMapError as error:
         raise error.at(Path(path)) from error
     except InputError as error:
         raise error if str(path) in str(error) else InputError(f"{path}: {error}") from error
 
 
-def read_performer_file(path: str | os.PathLike[str], mapping: JointMapping | None = None) -> Bvh:
+def read_performer_file(path: str | os.PathLike[str], reading: ReadingOptions | None = None) -> Bvh:
     """Return the contents of a motion file of any format, read with what the user said of it."""
-    told = mapping or JointMapping()
+    told = reading or ReadingOptions()
     return read_motion_file(path, told.figure, told.skeleton, told.fps)
 
 
-def performer_clip_from_bvh(bvh: Bvh, name: str, mapping: JointMapping | None = None) -> PerformerClip:
+def performer_clip_from_bvh(bvh: Bvh, name: str, reading: ReadingOptions | None = None) -> PerformerClip:
     """Return the clip of a BVH in metres and Z up; arguments and errors are those of ``load_performer_clip``."""
-    mapping = mapping or JointMapping()
+    reading = reading or ReadingOptions()
     in_file = local_pose(bvh)
-    tree = find_performer_tree(bvh, *in_file, mapping)
+    tree = find_performer_tree(bvh, *in_file, reading)
     joint_map = tree.joint_map
     local_positions, local_rotations = tree.edits.to_clip(*in_file)
-    fps = mapping.fps or _rate(bvh.frame_time)
+    fps = reading.fps or _rate(bvh.frame_time)
     leg = leg_length(forward_kinematics(tree.parents, local_positions, local_rotations)[0], joint_map)
     recorded = LocalTracks(tree.parents, local_positions, local_rotations, LEG_LENGTH / max(leg, MIN_LEG))
     mended, damage = mend_damage(recorded, tree.names, joint_map, fps)
@@ -129,7 +129,7 @@ def performer_clip_from_bvh(bvh: Bvh, name: str, mapping: JointMapping | None = 
     if dropped:
         begins = f"The motion begins after a jump at frame {dropped + 1}"
         notices.append(f"{begins}; what is before it, as of a rest pose, is left as it is.")
-    up, unit = mapping.up_axis or bvh.stated.up_axis, mapping.unit
+    up, unit = reading.up_axis or bvh.stated.up_axis, reading.unit
     if up is None:
         up, shown_by = find_up_axis(positions, rest, joint_map, leg, fps)
         notices += [] if shown_by == BY_MOTION else [_unseen_up_notice(up, shown_by)]
@@ -142,7 +142,7 @@ def performer_clip_from_bvh(bvh: Bvh, name: str, mapping: JointMapping | None = 
     if unit is None:
         unit = _find_unit(leg, _feet_to_head(positions, joint_map))
         notices += _unit_notices(unit, leg)
-    axes = file_axes(up, mapping.mirror)
+    axes = file_axes(up, reading.mirror)
     local_positions = unit * turn_points(axes, local_positions[dropped:])
     offsets = np.concat([np.zeros((1, 3)), np.median(local_positions, axis=0)[1:]])
     tips = end_offsets(tree, bvh, in_file[0])
@@ -151,7 +151,7 @@ def performer_clip_from_bvh(bvh: Bvh, name: str, mapping: JointMapping | None = 
     jumps = find_root_jumps(motion, joint_map, unit * leg)
     motion = replace(motion, local_positions=jumps.closed(motion.local_positions))
     if len(jumps.frames):
-        notices.append(jump_notice(jumps, dropped, mapping.close_jumps))
+        notices.append(jump_notice(jumps, dropped, reading.close_jumps))
     damage += tuple(Damage(ROOT_JUMP, frame + dropped, frame + dropped + 1, (tree.names[jumps.joint],)) for frame in jumps.frames.tolist())
     placed = tuple(joint for joint, channels in enumerate(bvh.channels) if set(channels) >= set(POSITION_CHANNELS))
     return PerformerClip(
@@ -162,7 +162,7 @@ def performer_clip_from_bvh(bvh: Bvh, name: str, mapping: JointMapping | None = 
         up,
         dropped,
         tree.edits.joints_with_positions(placed),
-        mapping,
+        reading,
         tuple(notices),
         tree.edits,
         tuple(sorted(damage, key=lambda one: one.start)),

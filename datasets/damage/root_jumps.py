@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from datasets.damage.spikes import steps_beside
+from datasets.joints.joint_tree import JointMap, ancestors
 from datasets.motion.clip import Motion
 from datasets.motion.humanoid import LEG_LENGTH
 from datasets.motion.kinematics import joint_poses
-from datasets.retarget.joint_tree import JointMap, ancestors
-from datasets.retarget.spikes import steps_beside
 
 MIN_JUMP_M, MIN_JUMP_RATIO = 0.2, 5.0  # m, in the humanoid's size, and over the two steps before and after
 MAX_PELVIS_ACCELERATION_M_S2 = 100.0  # m/s^2, from frame to frame; a landing's is half of it

@@ -10,8 +10,8 @@ from configs.errors import InputError
 from datasets.formats.bvh import write_bvh
 from datasets.motion.humanoid import LEG_LENGTH
 from datasets.motion.skeleton import forward_kinematics
-from datasets.retarget.joint_mapping import JointMapping
-from datasets.retarget.performer_clip import leg_length, load_performer_clip, performer_clip_from_bvh
+from datasets.performer.performer_clip import leg_length, load_performer_clip, performer_clip_from_bvh
+from datasets.performer.reading_options import ReadingOptions
 from tests.builders import as_bvh, lively, posed
 
 
@@ -27,7 +27,7 @@ def test_unit_and_up_axis_are_found(unit: float, up: str) -> None:
 
 
 def test_a_mapping_overrides_unit_and_axis() -> None:
-    found = performer_clip_from_bvh(as_bvh(posed({})), "clip", JointMapping(unit=0.02, up_axis="z"))
+    found = performer_clip_from_bvh(as_bvh(posed({})), "clip", ReadingOptions(unit=0.02, up_axis="z"))
     assert (found.unit, found.up_axis) == (0.02, "z")
 
 
@@ -42,7 +42,7 @@ def test_a_figure_with_long_legs_is_read_and_told() -> None:
     found = performer_clip_from_bvh(long, "clip")
     assert found.unit == 0.01
     assert found.notices[0].startswith("Legs of 1.74 m, in cm, are no body's.")
-    said = performer_clip_from_bvh(long, "clip", JointMapping(unit=0.005))
+    said = performer_clip_from_bvh(long, "clip", ReadingOptions(unit=0.005))
     assert (said.unit, said.notices) == (0.005, ())
 
 
@@ -52,7 +52,7 @@ def test_a_unit_that_files_hardly_have_is_told() -> None:
 
 
 def test_a_rate_that_was_said_counts() -> None:
-    assert performer_clip_from_bvh(as_bvh(posed({})), "clip", JointMapping(fps=24.0)).motion.fps == 24.0
+    assert performer_clip_from_bvh(as_bvh(posed({})), "clip", ReadingOptions(fps=24.0)).motion.fps == 24.0
 
 
 def test_bones_that_lose_their_length_in_some_frames_are_refused_with_the_frames() -> None:
