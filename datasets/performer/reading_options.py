@@ -9,8 +9,11 @@ from pathlib import Path
 import yaml
 
 from configs.errors import InputError
+from datasets.formats.bvh_parser import MAX_NAME
+from datasets.formats.bvh_text import quote
 from datasets.motion.humanoid import BODY_NAMES
 
+MAX_BYTES = 256 * 2**10  # of a mapping file
 UP_AXES = ("x", "y", "z", "-x", "-y", "-z")
 
 
@@ -53,20 +56,41 @@ def read_mapping(path: str | os.PathLike[str]) -> ReadingOptions:
     Raises:
         InputError: If the file cannot be read or holds something unknown.
     """
+    path = Path(path)
+    if path.is_file() and path.stat().st_size > MAX_BYTES:
+        raise InputError(f"{path}: {path.stat().st_size} bytes are too long for a mapping file, {MAX_BYTES} are the most")
     try:
-        entries = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise InputError(f"{path}: not a readable mapping file ({' '.join(str(error).split())}); lines like 'head: Head'") from error
+        # Nothing but text: joints may be called 01, no or 2026-01-01.
+        entries = yaml.load(path.read_text(encoding="utf-8"), Loader=yaml.BaseLoader)
+    except (OSError, UnicodeDecodeError, yaml.YAMLError, RecursionError) as error:
+        raise InputError(f"{path}: not a readable mapping file ({_in_line(error)}); lines like 'head: Head'") from error
     if not isinstance(entries, dict):
         raise InputError(f"{path}: a mapping file holds lines like 'thigh_l: LeftUpLeg'")
     known = (*BODY_NAMES, "unit", "up")
-    for key in entries:
+    for key, value in entries.items():
         if key not in known:
-            near = difflib.get_close_matches(str(key), known, 1) or ["pelvis"]
-            raise InputError(f"{path}: unknown key '{key}', perhaps '{near[0]}'; known are {', '.join(known)}")
+            near = difflib.get_close_matches(str(key)[:MAX_NAME], known, 1) or ["pelvis"]
+            raise InputError(f"{path}: unknown key {quote(str(key))}, perhaps '{near[0]}'; known are {', '.join(known)}")
+        if not isinstance(value, str) or not 0 < len(value) <= MAX_NAME or not value.isprintable():
+            raise InputError(f"{path}: '{key}' should have one word or name of at most {MAX_NAME} characters after it, as in 'head: Head'")
     unit, up = entries.pop("unit", None), entries.pop("up", None)
-    if unit is not None and not (isinstance(unit, int | float) and 0.0 < unit < math.inf):
-        raise InputError(f"{path}: unit '{unit}' should be a positive number of metres, such as 0.01")
     if up is not None and up not in UP_AXES:
-        raise InputError(f"{path}: up '{up}' should be one of {', '.join(UP_AXES)}")
-    return ReadingOptions({body: str(joint) for body, joint in entries.items()}, unit, up)
+        raise InputError(f"{path}: up {quote(up)} should be one of {', '.join(UP_AXES)}")
+    return ReadingOptions(entries, None if unit is None else _metres(path, unit), up)
+
+
+def _in_line(error: Exception) -> str:
+    """Return what an error says, printable, in one line."""
+    words = "too deeply nested" if isinstance(error, RecursionError) else " ".join(str(error).split())
+    return "".join(letter if letter.isprintable() else "?" for letter in words)
+
+
+def _metres(path: Path, unit: str) -> float:
+    """Return the metres that a unit's text means."""
+    try:
+        metres = float(unit)
+    except ValueError:
+        metres = math.nan
+    if not 0.0 < metres < math.inf:
+        raise InputError(f"{path}: unit {quote(unit)} should be a positive number of metres, such as 0.01")
+    return metres
