@@ -10,7 +10,7 @@ import numpy as np
 
 from agents.restore.model import RestoreModel
 from agents.weights.pretrained import PRETRAINED_POLICY, load_pretrained_restore
-from datasets.cleanup.off_feet_spans import OffFeetSpan
+from datasets.cleanup.off_feet_spans import OffFeetSpan, find_off_feet_spans
 from datasets.cleanup.performer_foot_lock import lock_performer_feet
 from datasets.formats.bvh import Bvh
 from datasets.imu.recording import measured_accelerations
@@ -97,7 +97,7 @@ class CleaningPipeline:
         recorded = resample(retargeted.motion, FPS)
         read, read_as = (*performer.notices, *find_implausible(retargeted)), describe_reading(retargeted)
         progress(RESTORING, 0.0)
-        poses = restore_clip(self.restorer, recorded)
+        poses = restore_clip(self.restorer, recorded, find_off_feet_spans(recorded))
         progress(ROOT, 0.0)
         rooted, off_feet = locate_root(poses.motion, measured_accelerations(bvh, retargeted, poses.motion))
         progress(REPAIRING, 0.0)

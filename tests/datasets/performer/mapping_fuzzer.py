@@ -8,11 +8,12 @@ from tests.datasets.formats.bvh_fuzzer import mutate
 
 VALUES = (
     b"", b"~", b"[]", b"{}", b"[Hips, Head]", b"{a: 1}", b"1", b"-1", b"nan", b".nan", b".inf", b"1e400", b"true", b"2026-01-01",
-    b"!!binary aGk=", b"!!python/object/apply:os.getcwd []", b"&a [*a]", b"*a", b"'x\\ny'", b'"x\\ny\\u2028"', b"Hips", b"Head", b"LeftArm", b"z", b"-y",
+    b"!!binary aGk=",
+    b"!!python/object/apply:os.getcwd []", b"&a [*a]", b"*a", b"'x\\ny'", b'"x\\ny\\u2028"', b"Hips", b"Head", b"LeftArm", b"z", b"-y",
     b"0.01", b"9" * 5000, b"0x" + b"f" * 400, b"\xff",
 )  # fmt: skip
 KEYS = (
-    b"head", b"unit", b"up", b"thigh_l", b"1", b"~", b"[a, b]", b"{a: b}", b"? x", b"!!set {a}", b".nan", b"nobody", b"'a\\nb'", b'"a\\nb"', 
+    b"head", b"unit", b"up", b"thigh_l", b"1", b"~", b"[a, b]", b"{a: b}", b"? x", b"!!set {a}", b".nan", b"nobody", b"'a\\nb'", b'"a\\nb"',
     b"<<",
 )  # fmt: skip
 # Each list holds the one before nine times: short in the file, endless for who writes it out

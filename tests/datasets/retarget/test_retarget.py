@@ -192,6 +192,28 @@ def test_a_file_whose_hips_never_move_has_no_root() -> None:
     assert not retarget(performer_clip_from_bvh(as_bvh(pinned), "pinned")).motion.rooted
 
 
+def kicking(pitch: float, height: float, angles: tuple[float, float]) -> BodyMotion:
+    """Return two seconds of a figure with a still pelvis, pitched [degrees] at a height [m], whose thighs swing to angles [degrees] and back."""
+    swing = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(120) / 120)
+    clips = [posed({"thigh_l_y": angles[0] * one, "thigh_r_y": angles[1] * one}, 1, height) for one in swing]
+    local = np.concatenate([clip.local_rotations for clip in clips])
+    local[:, 0] = Rotation.from_euler("Y", pitch, degrees=True).as_quat(scalar_first=True)
+    return BodyMotion(np.tile([0.0, 0.0, height], (120, 1)), local, 60.0, "kicking")
+
+
+@pytest.mark.parametrize(
+    ("pitch", "angles", "rooted"),
+    [
+        (-90.0, (-30.0, -30.0), True),  # on the back, where the legs may do as they like
+        (0.0, (-30.0, 0.0), True),  # on one leg
+        (0.0, (-30.0, 30.0), False),  # as in walking, where one foot would have to stay in its place
+    ],
+)
+def test_a_pelvis_that_keeps_still_by_right_was_recorded(pitch: float, angles: tuple[float, float], rooted: bool) -> None:
+    clip = kicking(pitch, 0.1 if pitch else STANDING, angles)
+    assert retarget(performer_clip_from_bvh(as_bvh(clip), "kicking")).motion.rooted is rooted
+
+
 def test_the_ground_is_under_the_standing_feet() -> None:
     sunk = posed({}, height=STANDING - 0.11)
     result = retargeted(as_bvh(sunk))
