@@ -111,7 +111,7 @@ def mend_damage(tracks: LocalTracks, names: Sequence[str], joint_map: JointMap, 
     steps = steps_beside(tracks.steps())
     empty = _empty_frames(tracks.rotations, steps)
     spans = find_spikes(points, fps)
-    if _is_rest_pose(places[0], tracks.rotations[0], joint_map):  # as exporters put before the motion
+    if is_rest_pose(places[0], tracks.rotations[0], joint_map):  # as exporters put before the motion
         frozen, spans = [one for one in frozen if one.start > 0], spans[spans[:, 0] > 0]
     damaged = _far_off(steps, spans, empty)
     wild = _wild_spans(points, fps, np.all(damaged, axis=1))
@@ -151,24 +151,27 @@ def _thaw(tracks: LocalTracks, fps: float) -> tuple[LocalTracks, list[Damage]]:
     return tracks.bridged(damaged) if damaged.any() else tracks, found
 
 
-def _is_rest_pose(places: np.ndarray, rotations: np.ndarray, joint_map: JointMap) -> bool:
+def is_rest_pose(places: np.ndarray, rotations: np.ndarray, joint_map: JointMap, min_arm: float = 0.0) -> bool:
     """Return whether a frame is a rest pose: no rotation, or straight limbs, alike on both sides.
 
     Args:
         places: Position of each joint in the world [m], shape (J, 3).
         rotations: Rotation of each joint relative to its parent, wxyz, shape (J, 4).
         joint_map: Joint of each body.
+        min_arm: Least angle between upper arms and trunk where joints are turned [rad].
     """
     if rotation_angle(rotations).max() < ZERO_TURN_RAD:
         return True
     at = {body: places[joint] for body, joint in joint_map.items()}
     limbs = [[at[f"{part}_{side}"] for part in chain] for chain in LIMBS for side in "lr"]
     straight = all(unit_vector(middle - upper) @ unit_vector(tip - middle) > MIN_REST_STRAIGHTNESS for upper, middle, tip in limbs)
+    down = unit_vector(at["pelvis"] - at["head"])
+    raised = all(unit_vector(at[f"forearm_{side}"] - at[f"upper_arm_{side}"]) @ down <= np.cos(min_arm) for side in "lr")
     left, right = (
         np.array([np.linalg.norm(at[f"{part}_{side}"] - at[middle]) for middle in ("pelvis", "head") for part in ("hand", "foot")])
         for side in "lr"
     )
-    return straight and float(np.abs(left - right).max()) < MAX_REST_DIFFERENCE_M
+    return straight and raised and float(np.abs(left - right).max()) < MAX_REST_DIFFERENCE_M
 
 
 def _empty_frames(rotations: np.ndarray, steps: Steps) -> np.ndarray:

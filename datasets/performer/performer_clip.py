@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from configs.errors import InputError
-from datasets.damage.damage import ROOT_JUMP, Damage, damage_after, damage_notices, mend_damage
+from datasets.damage.damage import ROOT_JUMP, Damage, damage_after, damage_notices, is_rest_pose, mend_damage
 from datasets.damage.local_tracks import LocalTracks
 from datasets.damage.root_jumps import NO_JUMPS, RootJumps, find_root_jumps, jump_notice
 from datasets.formats.bvh import POSITION_CHANNELS, Bvh, local_pose
@@ -19,7 +19,7 @@ from datasets.motion.clip import Motion
 from datasets.motion.humanoid import LEG_LENGTH
 from datasets.motion.skeleton import Skeleton, forward_kinematics
 from datasets.performer.file_axes import BY_MOTION, file_axes, find_up_axis, turn_points, turn_rotations
-from datasets.performer.performer_tree import MIN_BONE_RATIO, end_offsets, find_performer_tree
+from datasets.performer.performer_tree import MIN_BONE_RATIO, PerformerTree, end_offsets, find_performer_tree
 from datasets.performer.reading_options import ReadingOptions
 from datasets.performer.tree_edits import TreeEdits, level_added_feet
 
@@ -29,7 +29,10 @@ FEET_TO_HEAD = 1.45  # m, from the ankles to the head's joint of an adult
 MAX_LEG_RATIO = 1.8  # of a leg's length and the humanoid's: legs of 0.46 to 1.5 m pass for a human's
 MAX_FIGURE_LEG_RATIO = 4.0  # the same of a stylised figure, legs of 0.2 to 3.3 m: more can only be another unit
 MIN_LEG = 1e-9  # file units; a shorter leg has no size
-MAX_LEADING_FRAMES = 12  # frames at the start that are searched for a T-pose and its smoothed tail
+MAX_LEADING_FRAMES = 12  # frames after the jump out of a rest pose that are searched for its smoothed tail
+MAX_REST_S = 10.0  # s, for which a rest pose at the start may be held
+MIN_REST_ARM = np.radians(30.0)  # rad, between arms and trunk of a pose that is held at rest, as A- and T-poses have them
+MAX_REST_STEP = 0.1  # of the jump out of it, up to which a held pose is still
 
 
 @dataclass(frozen=True)
@@ -111,42 +114,22 @@ def read_performer_file(path: str | os.PathLike[str], reading: ReadingOptions | 
 def performer_clip_from_bvh(bvh: Bvh, name: str, reading: ReadingOptions | None = None) -> PerformerClip:
     """Return the clip of a BVH in metres and Z up; arguments and errors are those of ``load_performer_clip``."""
     reading = reading or ReadingOptions()
-    in_file = local_pose(bvh)
-    tree = find_performer_tree(bvh, *in_file, reading)
-    joint_map = tree.joint_map
-    local_positions, local_rotations = tree.edits.to_clip(*in_file)
-    fps = reading.fps or _rate(bvh.frame_time)
-    leg = leg_length(forward_kinematics(tree.parents, local_positions, local_rotations)[0], joint_map)
-    recorded = LocalTracks(tree.parents, local_positions, local_rotations, LEG_LENGTH / max(leg, MIN_LEG))
-    mended, damage = mend_damage(recorded, tree.names, joint_map, fps)
-    local_positions, local_rotations = mended.positions, mended.rotations
-    positions, _ = forward_kinematics(tree.parents, local_positions, local_rotations)
-    _check_bones(tree.names, positions, joint_map, leg)
-    rest = _rest_positions(tree.parents, np.concat([np.zeros((1, 3)), np.median(local_positions, axis=0)[1:]]))
-    dropped = _leading_frames(positions, joint_map, leg)
+    tree, tips, tracks, leg = _recorded_tracks(bvh, reading)
+    joint_map, fps = tree.joint_map, reading.fps or _rate(bvh.frame_time)
+    tracks, damage = mend_damage(tracks, tree.names, joint_map, fps)
+    dropped = _leading_frames(tracks, joint_map, fps)
     damage = damage_after(damage, dropped)
     notices = [*bvh.notices, *tree.notices, *damage_notices(damage)]
     if dropped:
         begins = f"The motion begins after a jump at frame {dropped + 1}"
         notices.append(f"{begins}; what is before it, as of a rest pose, is left as it is.")
-    up, unit = reading.up_axis or bvh.stated.up_axis, reading.unit
-    if up is None:
-        up, shown_by = find_up_axis(positions, rest, joint_map, leg, fps)
-        notices += [] if shown_by == BY_MOTION else [_unseen_up_notice(up, shown_by)]
-    if unit is None and bvh.stated.unit is not None:
-        if abs(np.log(bvh.stated.unit * leg / LEG_LENGTH)) < np.log(MAX_LEG_RATIO):
-            unit = bvh.stated.unit
-        else:
-            stated = f"{name_of_unit(bvh.stated.unit)} (legs would be {bvh.stated.unit * leg:.2g} m)"
-            notices.append(f"The unit that the file states, {stated}, was not believed. If it is right, give it: --unit METRES.")
-    if unit is None:
-        unit = _find_unit(leg, _feet_to_head(positions, joint_map))
-        notices += _unit_notices(unit, leg)
+    local_positions, local_rotations = tracks.positions[dropped:], tracks.rotations[dropped:]
+    up, unit, told = _up_axis_and_unit(bvh, tree, local_positions, local_rotations, leg, fps, reading)
+    notices += told
     axes = file_axes(up, reading.mirror)
-    local_positions = unit * turn_points(axes, local_positions[dropped:])
+    local_positions = unit * turn_points(axes, local_positions)
     offsets = np.concat([np.zeros((1, 3)), np.median(local_positions, axis=0)[1:]])
-    tips = end_offsets(tree, bvh, in_file[0])
-    local_rotations = turn_rotations(axes, local_rotations[dropped:])
+    local_rotations = turn_rotations(axes, local_rotations)
     motion = Motion(Skeleton(tree.names, tree.parents, offsets), local_positions, local_rotations, fps, name)
     jumps = find_root_jumps(motion, joint_map, unit * leg)
     motion = replace(motion, local_positions=jumps.closed(motion.local_positions))
@@ -168,6 +151,39 @@ def performer_clip_from_bvh(bvh: Bvh, name: str, reading: ReadingOptions | None 
         tuple(sorted(damage, key=lambda one: one.start)),
         jumps,
     )
+
+
+def _recorded_tracks(bvh: Bvh, reading: ReadingOptions) -> tuple[PerformerTree, np.ndarray, LocalTracks, float]:
+    """Return the tree of a clip, the mean End Sites of its joints (J, 3), its local poses, and the leg's length [file unit]."""
+    in_file = local_pose(bvh)
+    tree = find_performer_tree(bvh, *in_file, reading)
+    local_positions, local_rotations = tree.edits.to_clip(*in_file)
+    leg = leg_length(forward_kinematics(tree.parents, local_positions, local_rotations)[0], tree.joint_map)
+    tracks = LocalTracks(tree.parents, local_positions, local_rotations, LEG_LENGTH / max(leg, MIN_LEG))
+    return tree, end_offsets(tree, bvh, in_file[0]), tracks, leg
+
+
+def _up_axis_and_unit(
+    bvh: Bvh, tree: PerformerTree, local_positions: np.ndarray, local_rotations: np.ndarray, leg: float, fps: float, reading: ReadingOptions
+) -> tuple[str, float, list[str]]:
+    """Return the axis of the file that points up, the metres per unit of the file, and what a person should know of both."""
+    positions = forward_kinematics(tree.parents, local_positions, local_rotations)[0]
+    _check_bones(tree.names, positions, tree.joint_map, leg)
+    up, unit, notices = reading.up_axis or bvh.stated.up_axis, reading.unit, []
+    if up is None:
+        rest = _rest_positions(tree.parents, np.concat([np.zeros((1, 3)), np.median(local_positions, axis=0)[1:]]))
+        up, shown_by = find_up_axis(positions, rest, tree.joint_map, leg, fps)
+        notices += [] if shown_by == BY_MOTION else [_unseen_up_notice(up, shown_by)]
+    if unit is None and bvh.stated.unit is not None:
+        if abs(np.log(bvh.stated.unit * leg / LEG_LENGTH)) < np.log(MAX_LEG_RATIO):
+            unit = bvh.stated.unit
+        else:
+            stated = f"{name_of_unit(bvh.stated.unit)} (legs would be {bvh.stated.unit * leg:.2g} m)"
+            notices.append(f"The unit that the file states, {stated}, was not believed. If it is right, give it: --unit METRES.")
+    if unit is None:
+        unit = _find_unit(leg, _feet_to_head(positions, tree.joint_map))
+        notices += _unit_notices(unit, leg)
+    return up, unit, notices
 
 
 def _rest_positions(parents: tuple[int, ...], offsets: np.ndarray) -> np.ndarray:
@@ -248,13 +264,21 @@ def _unit_notices(unit: float, leg: float) -> list[str]:
     return []
 
 
-def _leading_frames(positions: np.ndarray, roles: JointMap, leg: float) -> int:
-    """Return the number of frames to drop at the start: a T-pose that jumps into the motion, and its smoothed tail."""
-    if len(positions) < 3 * MAX_LEADING_FRAMES:
+def _leading_frames(tracks: LocalTracks, roles: JointMap, fps: float) -> int:
+    """Return the number of frames to drop at the start: a rest pose that is held and jumps into the motion, and its smoothed tail."""
+    if len(tracks.positions) < 3 * MAX_LEADING_FRAMES:
         return 0
+    positions, _ = tracks.world_poses()
     pose = positions[:, list(roles.values())] - positions[:, roles["pelvis"], None]
-    step = np.linalg.norm(np.diff(pose, axis=0), axis=-1).mean(axis=-1) / leg
-    if step[0] < max(5 * np.percentile(step[MAX_LEADING_FRAMES:], 95), 0.03):
+    step = np.linalg.norm(np.diff(pose, axis=0), axis=-1).mean(axis=-1) / LEG_LENGTH
+    floor = max(5 * np.percentile(step[MAX_LEADING_FRAMES:], 95), 0.03)
+    held = step[: min(round(MAX_REST_S * fps) + 1, len(step) - 2 * MAX_LEADING_FRAMES)]
+    if held.max() < floor:
         return 0
-    usual = 1.5 * step[MAX_LEADING_FRAMES : 2 * MAX_LEADING_FRAMES].max() + 1e-3  # resampling rings for some frames after the jump
-    return 1 + int(np.flatnonzero(step[:MAX_LEADING_FRAMES] > usual).max())
+    jump = int(np.argmax(held >= floor))
+    if jump and (
+        step[:jump].max() > MAX_REST_STEP * step[jump] or not is_rest_pose(positions[0], tracks.rotations[0], roles, MIN_REST_ARM)
+    ):
+        return 0  # longer than a frame it has to be still, and a rest pose that nobody stands in
+    usual = 1.5 * step[jump + MAX_LEADING_FRAMES : jump + 2 * MAX_LEADING_FRAMES].max() + 1e-3  # resampling rings for some frames after it
+    return jump + 1 + int(np.flatnonzero(step[jump : jump + MAX_LEADING_FRAMES] > usual).max(initial=0))

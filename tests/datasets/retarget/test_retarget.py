@@ -193,7 +193,7 @@ def test_a_file_whose_hips_never_move_has_no_root() -> None:
 
 
 def kicking(pitch: float, height: float, angles: tuple[float, float]) -> BodyMotion:
-    """Return two seconds of a figure with a still pelvis, pitched [degrees] at a height [m], whose thighs swing to angles [degrees] and back."""
+    """Return two seconds of a figure with a still pelvis, pitched [degrees] at a height [m], whose thighs swing to angles and back."""
     swing = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(120) / 120)
     clips = [posed({"thigh_l_y": angles[0] * one, "thigh_r_y": angles[1] * one}, 1, height) for one in swing]
     local = np.concatenate([clip.local_rotations for clip in clips])
