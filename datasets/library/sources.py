@@ -20,6 +20,7 @@ from datasets.motion.clip import FPS, BodyMotion
 from datasets.motion.kinematics import resample
 from datasets.performer.performer_clip import load_recording
 from datasets.performer.reading_options import ReadingOptions
+from datasets.retarget.plausibility import find_implausible
 from datasets.retarget.retarget import retarget
 
 SYNTHETIC_SOURCE = "synthetic"
@@ -39,10 +40,12 @@ class SourceMotion:
         clip: Clip on the 20 bodies.
         accelerations: Free accelerations measured by the suit, in the clip's world, at 100 Hz [m/s^2], shape (N, 19, 3); None if the
             file holds none.
+        notices: Lines on what was guessed or mended of its file, or looks wrong.
     """
 
     clip: BodyMotion
     accelerations: np.ndarray | None = None
+    notices: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -93,7 +96,7 @@ def load_source_motions(
         fps: Frame rate of the returned clips [1/s].
         seed: Seed of synthetic motion.
         progress: Wraps the loop over the files, such as a progress bar.
-        say: Called with a line for each broken file of a folder, which is left out.
+        say: Called with a line for each broken file of a folder, which is left out, and with one on all that was guessed or mended.
 
     Returns:
         Clips on the 20 bodies with unique names, credited by the ``motions.csv`` of the folder or of one above it.
@@ -118,6 +121,10 @@ def load_source_motions(
         say(f"{error}; left out")
     if not read:
         raise InputError(f"{source}: none of {len(paths)} motion files can be read, see above")
+    noticed = [(path, one.notices[0]) for path, one in read if one.notices]
+    if noticed:
+        some = f"{len(noticed)} of {len(read)} files were read with something guessed or mended, or look wrong"
+        say(f"{source}: {some}, such as {noticed[0][0].name}: {noticed[0][1]} All lines: python -m datasets.describe {source}")
     names, index = unique_names([path for path, _ in read]), read_index(paths[0])
     recordings = []
     for (path, one), name in zip(read, names, strict=True):
@@ -135,7 +142,8 @@ def _read(path: Path, reading: ReadingOptions | None, fps: float) -> SourceMotio
     except InputError as error:
         return InputError(str(error))  # one of another class may not travel between processes
     clip = resample(retargeted.motion, fps)
-    return SourceMotion(clip, measured_accelerations(bvh, retargeted, clip))
+    notices = (*performer_clip.notices, *find_implausible(retargeted))
+    return SourceMotion(clip, measured_accelerations(bvh, retargeted, clip), notices)
 
 
 def find_motion_files(source: str | os.PathLike[str]) -> list[Path]:

@@ -95,6 +95,7 @@ class CleaningPipeline:
         performer = performer_clip_from_bvh(bvh, name, reading)  # own skeleton, in metres, Z up
         retargeted = retarget(performer)  # 20 bodies, own rate
         recorded = resample(retargeted.motion, FPS)
+        start_s = performer.dropped_frames / performer.motion.fps
         read, read_as = (*performer.notices, *find_implausible(retargeted)), describe_reading(retargeted)
         progress(RESTORING, 0.0)
         poses = restore_clip(self.restorer, recorded, find_off_feet_spans(recorded))
@@ -108,19 +109,19 @@ class CleaningPipeline:
         output = _to_performer(retargeted, simulated, off_feet)  # own skeleton again, own rate
         cleaned = replace(resample(retarget_with(retargeted, output), FPS), name=name)
         progress(COMPARING, 0.0)
-        restarts = tuple(start / FPS for start in simulated.segment_starts[1:])
+        restarts = tuple(start_s + start / FPS for start in simulated.segment_starts[1:])
         after_stage = {
             "restoring": rooted,
             "planting feet and parting limbs": repaired,
             "physics": simulated.motion,
             "holding feet": cleaned,
         }
-        moved = find_moved_spans(recorded, after_stage)
-        overlaps = find_overlaps(cleaned)
+        moved = find_moved_spans(recorded, after_stage, start_s)
+        overlaps = find_overlaps(cleaned, start_s)
         notices = (
             *read,
             *_pose_notices(poses),
-            *_root_notices(rooted is not poses.motion, off_feet),
+            *_root_notices(rooted is not poses.motion, off_feet, start_s),
             *([moved_notice(moved)] if moved else []),
             *([overlap_notice(overlaps)] if overlaps else []),
         )
@@ -139,6 +140,7 @@ class CleaningPipeline:
             truth,
             read_as,
             performer.damage,
+            start_s,
         )
         progress(WRITING, 0.0)
         written = to_performer_bvh(bvh, performer, output)
@@ -164,12 +166,12 @@ def _pose_notices(poses: RestoredPoses) -> tuple[str, ...]:
     return () if poses.contacts is None else (misalignment_notice(poses.misalignments),)
 
 
-def _root_notices(reconstructed: bool, off_feet: list[OffFeetSpan]) -> tuple[str, ...]:
-    """Return what a person should know of a clip's root, one line each."""
+def _root_notices(reconstructed: bool, off_feet: list[OffFeetSpan], start_s: float) -> tuple[str, ...]:
+    """Return what a person should know of a clip's root, one line each; times are those of the file, in which the clip begins at ``start_s``."""
     guessed = "The recording does not say where the pelvis went, or lets the figure hover; its path was reconstructed."
     rootless = [guessed] if reconstructed else []
     spans = [
-        f"Somebody {span.reason} from {span.start / FPS:.1f} s to {span.stop / FPS:.1f} s: not for feet on level ground, left to itself."
+        f"Somebody {span.reason} from {start_s + span.start / FPS:.1f} s to {start_s + span.stop / FPS:.1f} s: not for feet on level ground, left to itself."
         for span in off_feet
     ]
     return (*rootless, *spans)

@@ -45,6 +45,7 @@ def collect_report_data(cleaned: CleaningResult, tracks: Mapping[str, ArtefactTr
         "frames": len(cleaned.before),
         "fps": fps,
         "seconds": cleaned.before.seconds,
+        "start_s": cleaned.start_s,
         "artefacts": sides | {"truth": sides.get("truth", {})},
         "deviation": {"local": _spread_mm(local), "world": _spread_mm(world)},
         "confidence": {
@@ -52,7 +53,7 @@ def collect_report_data(cleaned: CleaningResult, tracks: Mapping[str, ArtefactTr
             "lowest": float(cleaned.confidence.min()),
             "under_half": float(np.mean(~cleaned.simulated)),
         },
-        "kept": {"share": float(cleaned.kept.mean()), "spans": spans_in_seconds(cleaned.kept, fps)},
+        "kept": {"share": float(cleaned.kept.mean()), "spans": spans_in_seconds(cleaned.kept, fps, cleaned.start_s)},
         "seams": list(cleaned.restarts),
         "assist_bw": {"mean": cleaned.mean_assist, "largest": float(cleaned.assist.max())},
         "contact_rule": contact_agreement(cleaned.contacts[cleaned.simulated], by_height[cleaned.simulated]),
@@ -74,7 +75,7 @@ def find_most_changed_frames(cleaned: CleaningResult) -> list[dict[str, Any]]:
         frame = int(left.argmax())
         body = int(joints[frame].argmax())
         found.append({
-            "frame": frame, "seconds": frame / fps, "deviation_mm": 1e3 * float(joints[frame].mean()),
+            "frame": frame, "seconds": cleaned.start_s + frame / fps, "deviation_mm": 1e3 * float(joints[frame].mean()),
             "body": BODY_NAMES[body], "body_mm": 1e3 * float(joints[frame, body]),
         })  # fmt: skip
         left = np.where(np.abs(np.arange(len(left)) - frame) < MIN_MOMENT_GAP_S * fps, 0.0, left)
@@ -86,7 +87,7 @@ def frames_csv(cleaned: CleaningResult) -> str:
     local, world = _deviations(cleaned)
     rows = zip(cleaned.confidence, cleaned.kept, *cleaned.contacts.T, 1e3 * local, 1e3 * world, cleaned.assist, strict=True)
     lines = [
-        f"{frame},{frame / cleaned.before.fps:.4f},{confidence:.3f},{kept:d},{left:d},{right:d},{near:.1f},{far:.1f},{assist:.3f}"
+        f"{frame},{cleaned.start_s + frame / cleaned.before.fps:.4f},{confidence:.3f},{kept:d},{left:d},{right:d},{near:.1f},{far:.1f},{assist:.3f}"
         for frame, (confidence, kept, left, right, near, far, assist) in enumerate(rows)
     ]
     return "\n".join([CSV_HEADER, *lines]) + "\n"
