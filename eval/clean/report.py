@@ -82,5 +82,8 @@ def _plots(cleaned: CleaningResult, sides: Mapping[str, ArtefactTracks]) -> list
         *plot_artefacts(sides, kept, restarts, start_s),
         ("How far joints were moved", plot_over_time(moved, "from the input [mm]", fps, np.fmax, kept, restarts, start_s)),
         ("Confidence", sure),
-        ("Help on the pelvis", plot_over_time({"force": (cleaned.assist, RECORDED)}, "body weights", fps, np.fmax, kept, restarts, start_s)),
+        (
+            "Help on the pelvis",
+            plot_over_time({"force": (cleaned.assist, RECORDED)}, "body weights", fps, np.fmax, kept, restarts, start_s),
+        ),
     ]
