@@ -85,7 +85,7 @@ def remove_self_penetration(motion: BodyMotion) -> BodyMotion:
 
 
 def find_overlaps(motion: BodyMotion, start_s: float = 0.0) -> tuple[Overlap, ...]:
-    """Return the spans in which bodies overlap by ``MIN_TOLD_OVERLAP_M`` or more, the deepest first, of a clip that begins at a time [s]."""
+    """Return the spans of a clip that begins at a time [s] in which bodies overlap by ``MIN_TOLD_OVERLAP_M`` or more, the deepest first."""
     depths = overlap_depths(motion)
     gap = round(MERGED_GAP_S * motion.fps) + 1
     found = []

@@ -167,11 +167,12 @@ def _pose_notices(poses: RestoredPoses) -> tuple[str, ...]:
 
 
 def _root_notices(reconstructed: bool, off_feet: list[OffFeetSpan], start_s: float) -> tuple[str, ...]:
-    """Return what a person should know of a clip's root, one line each; times are those of the file, in which the clip begins at ``start_s``."""
+    """Return what a person should know of the root of a clip that begins at ``start_s`` in its file, one line each."""
     guessed = "The recording does not say where the pelvis went, or lets the figure hover; its path was reconstructed."
     rootless = [guessed] if reconstructed else []
+    seconds = [(start_s + span.start / FPS, start_s + span.stop / FPS) for span in off_feet]
     spans = [
-        f"Somebody {span.reason} from {start_s + span.start / FPS:.1f} s to {start_s + span.stop / FPS:.1f} s: not for feet on level ground, left to itself."
-        for span in off_feet
+        f"Somebody {span.reason} from {start:.1f} s to {stop:.1f} s: not for feet on level ground, left to itself."
+        for span, (start, stop) in zip(off_feet, seconds, strict=True)
     ]
     return (*rootless, *spans)

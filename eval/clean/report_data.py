@@ -85,9 +85,10 @@ def find_most_changed_frames(cleaned: CleaningResult) -> list[dict[str, Any]]:
 def frames_csv(cleaned: CleaningResult) -> str:
     """Return the table of all frames."""
     local, world = _deviations(cleaned)
+    start_s, fps = cleaned.start_s, cleaned.before.fps
     rows = zip(cleaned.confidence, cleaned.kept, *cleaned.contacts.T, 1e3 * local, 1e3 * world, cleaned.assist, strict=True)
     lines = [
-        f"{frame},{cleaned.start_s + frame / cleaned.before.fps:.4f},{confidence:.3f},{kept:d},{left:d},{right:d},{near:.1f},{far:.1f},{assist:.3f}"
+        f"{frame},{start_s + frame / fps:.4f},{confidence:.3f},{kept:d},{left:d},{right:d},{near:.1f},{far:.1f},{assist:.3f}"
         for frame, (confidence, kept, left, right, near, far, assist) in enumerate(rows)
     ]
     return "\n".join([CSV_HEADER, *lines]) + "\n"

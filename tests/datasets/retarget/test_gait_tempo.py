@@ -28,7 +28,7 @@ def told(clip: BodyMotion, fps: float, said: float | None = None) -> tuple[str, 
 
 
 def test_a_walk_falls_as_quickly_as_gravity_wants(clips: dict[str, BodyMotion]) -> None:
-    """The least acceleration is that of a load on the foot's edge: the centre of pressure is farther back, so the recorded one is larger."""
+    """The least acceleration is that of a load on the foot's edge: the centre of pressure is farther back, the recorded one larger."""
     tempo = measure_gait_tempo(clips["walk_1.08"])
     assert tempo is not None
     assert 1.0 < tempo.ratio < 3.0
