@@ -17,7 +17,7 @@ from datasets.joints.joint_tree import JointMap
 from datasets.joints.mapping_draft import JointMapError
 from datasets.motion.clip import Motion
 from datasets.motion.humanoid import LEG_LENGTH
-from datasets.motion.skeleton import Skeleton, forward_kinematics
+from datasets.motion.skeleton import Skeleton, forward_kinematics, joint_tracks
 from datasets.performer.file_axes import BY_MOTION, file_axes, find_up_axis, turn_points, turn_rotations
 from datasets.performer.performer_tree import MIN_BONE_RATIO, PerformerTree, end_offsets, find_performer_tree
 from datasets.performer.reading_options import ReadingOptions
@@ -158,7 +158,8 @@ def _recorded_tracks(bvh: Bvh, reading: ReadingOptions) -> tuple[PerformerTree, 
     in_file = local_pose(bvh)
     tree = find_performer_tree(bvh, *in_file, reading)
     local_positions, local_rotations = tree.edits.to_clip(*in_file)
-    leg = leg_length(forward_kinematics(tree.parents, local_positions, local_rotations)[0], tree.joint_map)
+    places, _ = joint_tracks(tree.parents, local_positions, local_rotations, list(tree.joint_map.values()))
+    leg = leg_length(places, {body: number for number, body in enumerate(tree.joint_map)})
     tracks = LocalTracks(tree.parents, local_positions, local_rotations, LEG_LENGTH / max(leg, MIN_LEG))
     return tree, end_offsets(tree, bvh, in_file[0]), tracks, leg
 
@@ -268,8 +269,8 @@ def _leading_frames(tracks: LocalTracks, roles: JointMap, fps: float) -> int:
     """Return the number of frames to drop at the start: a rest pose that is held and jumps into the motion, and its smoothed tail."""
     if len(tracks.positions) < 3 * MAX_LEADING_FRAMES:
         return 0
-    positions, _ = tracks.world_poses()
-    pose = positions[:, list(roles.values())] - positions[:, roles["pelvis"], None]
+    positions = tracks.unit * joint_tracks(tracks.parents, tracks.positions, tracks.rotations, list(roles.values()))[0]
+    pose = positions - positions[:, [list(roles).index("pelvis")]]
     step = np.linalg.norm(np.diff(pose, axis=0), axis=-1).mean(axis=-1) / LEG_LENGTH
     floor = max(5 * np.percentile(step[MAX_LEADING_FRAMES:], 95), 0.03)
     held = step[: min(round(MAX_REST_S * fps) + 1, len(step) - 2 * MAX_LEADING_FRAMES)]
@@ -277,7 +278,8 @@ def _leading_frames(tracks: LocalTracks, roles: JointMap, fps: float) -> int:
         return 0
     jump = int(np.argmax(held >= floor))
     if jump and (
-        step[:jump].max() > MAX_REST_STEP * step[jump] or not is_rest_pose(positions[0], tracks.rotations[0], roles, MIN_REST_ARM)
+        step[:jump].max() > MAX_REST_STEP * step[jump]
+        or not is_rest_pose(dict(zip(roles, positions[0], strict=True)), tracks.rotations[0], MIN_REST_ARM)
     ):
         return 0  # longer than a frame it has to be still, and a rest pose that nobody stands in
     usual = 1.5 * step[jump + MAX_LEADING_FRAMES : jump + 2 * MAX_LEADING_FRAMES].max() + 1e-3  # resampling rings for some frames after it

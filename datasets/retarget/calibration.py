@@ -4,8 +4,9 @@ A rest pose cannot be trusted: some files splay its legs, others align each join
 it. So whatever the motion determines is taken from the motion.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import permutations, product
+from typing import Self
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -79,6 +80,12 @@ class WorldPoses:
 
     positions: dict[str, np.ndarray]
     rotations: dict[str, np.ndarray]
+
+    def cut(self, part: slice) -> Self:
+        """Return some of the frames."""
+        return replace(
+            self, **{what: {body: own[part] for body, own in getattr(self, what).items()} for what in ("positions", "rotations")}
+        )
 
 
 def calibrate_performer(performer_clip: PerformerClip, world: WorldPoses, foot_tips: dict[str, np.ndarray]) -> PerformerCalibration:

@@ -1,9 +1,9 @@
 """The tempo of a gait against gravity: whether a recording is labelled with a rate at which nobody could walk so slowly.
 
 Who walks stands on one foot with the centre of mass beyond it, and falls away from it as an inverted pendulum: at a distance d from the
-foot, h above it, the acceleration is at least g d / h. What a file says of the accelerations grows with the square of its frame rate, the
-poses do not depend on it. So a walk in slow motion hangs in poses in which everybody falls. Steps that were slow from the beginning keep the
-centre of mass over the foot, and tell nothing.
+foot, h above it, the acceleration is at least g d / h. What a file says of the accelerations grows with the square of its frame rate, and
+the poses do not depend on it. So a walk in slow motion hangs in poses in which everybody falls. Steps that were slow from the beginning
+keep the centre of mass over the foot, and tell nothing.
 """
 
 from typing import NamedTuple

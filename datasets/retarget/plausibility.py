@@ -9,8 +9,8 @@ import numpy as np
 
 from datasets.joints.joint_tree import JointMap
 from datasets.motion.clip import BodyMotion
-from datasets.motion.kinematics import joint_poses
 from datasets.motion.rotation import cross, rotate
+from datasets.motion.skeleton import joint_tracks
 from datasets.motion.vectors import unit_vector
 from datasets.performer.file_axes import nearest_axis
 from datasets.performer.performer_clip import PerformerClip, leg_length
@@ -48,12 +48,14 @@ def find_implausible(retargeted: Retargeted) -> tuple[str, ...]:
     What the user said (``ReadingOptions``) is not doubted, but for left and right.
     """
     clip = retargeted.performer_clip
-    positions, rotations = joint_poses(clip.motion)
-    leg, said = leg_length(positions, clip.joint_map), clip.reading
-    at = {body: positions[:, joint] / leg for body, joint in clip.joint_map.items()}
+    own, places = clip.motion, {body: number for number, body in enumerate(clip.joint_map)}
+    tracks = joint_tracks(own.skeleton.parents, own.local_positions, own.local_rotations, list(clip.joint_map.values()))
+    leg, said = leg_length(tracks[0], places), clip.reading
+    at = {body: tracks[0][:, number] / leg for body, number in places.items()}
+    feet = {side: tracks[1][:, places[f"foot_{side}"]] for side in "lr"}
     found = [
         None if said.up_axis else _upside_down(clip, at) or _lying(clip, at),
-        _mirrored(clip, at, rotations),
+        _mirrored(clip, at, feet),
         None if said.joints else _proportions(clip.joint_map, clip.motion.skeleton.names, at),
         None if said.fps else _rate(at, clip.motion.fps) or _slow_motion(retargeted.motion),
     ]
@@ -85,8 +87,14 @@ def _lying(clip: PerformerClip, at: dict[str, np.ndarray]) -> str | None:
     return f"Somebody lies or crawls in {share:.0%} of the take. If they stand, name the axis that points up: --up {_axis_along(clip, at)}."
 
 
-def _mirrored(clip: PerformerClip, at: dict[str, np.ndarray], rotations: np.ndarray) -> str | None:
-    """Return a line if knees bend forward and toes, or without them the way, point backward: left and right are exchanged."""
+def _mirrored(clip: PerformerClip, at: dict[str, np.ndarray], feet: dict[str, np.ndarray]) -> str | None:
+    """Return a line if knees bend forward and toes, or without them the way, point backward: left and right are exchanged.
+
+    Args:
+        clip: Clip on its own skeleton.
+        at: Body -> positions of its joint [leg lengths], shape (T, 3).
+        feet: "l", "r" -> rotations of the foot's joint in the world, wxyz, shape (T, 4).
+    """
     left = unit_vector(at["thigh_l"] - at["thigh_r"])
     ahead = unit_vector(cross(left, at["head"] - at["pelvis"]))
     knees, toes = [], []
@@ -96,7 +104,7 @@ def _mirrored(clip: PerformerClip, at: dict[str, np.ndarray], rotations: np.ndar
         knees.append(np.mean(np.sum(cross(thigh, shin) * left, axis=-1)))
         tip = foot_tip(clip, f"foot_{side}")
         if tip.any():
-            foot = rotate(rotations[:, clip.joint_map[f"foot_{side}"]], np.broadcast_to(unit_vector(tip), ahead.shape))
+            foot = rotate(feet[side], np.broadcast_to(unit_vector(tip), ahead.shape))
             toes.append(np.mean(np.sum(foot * cross(left, -shin), axis=-1)))
     way = np.sum(np.gradient(at["pelvis"], axis=0) * ahead, axis=-1).mean() * clip.motion.fps if len(ahead) > 1 else 0.0
     against = np.mean(toes) < -MIN_TOE_EVIDENCE if toes else way < -MIN_WALK_EVIDENCE

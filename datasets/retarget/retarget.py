@@ -25,6 +25,7 @@ from datasets.motion.kinematics import (
     lowest_point_heights,
 )
 from datasets.motion.rotation import conjugate, cross, from_axis_angle, from_yaw, heading, multiply, rotate
+from datasets.motion.skeleton import joint_tracks
 from datasets.motion.vectors import rotation_from_axes, unit_vector
 from datasets.performer.performer_clip import PerformerClip, leg_length
 from datasets.retarget.calibration import LIMB_HINGES, PerformerCalibration, WorldPoses, calibrate_performer
@@ -95,13 +96,15 @@ def retarget(performer_clip: PerformerClip) -> Retargeted:
     Returns:
         Clip at its own frame rate and the transformation.
     """
-    positions, rotations = joint_poses(performer_clip.motion)
-    scale = LEG_LENGTH / leg_length(positions, performer_clip.joint_map)
-    world = _world(positions, rotations, performer_clip.joint_map, scale)
+    own, joint_map = performer_clip.motion, performer_clip.joint_map
+    tracks = joint_tracks(own.skeleton.parents, own.local_positions, own.local_rotations, list(joint_map.values()))
+    places = {body: number for number, body in enumerate(joint_map)}
+    scale = LEG_LENGTH / leg_length(tracks[0], places)
+    world = _world(*tracks, places, scale)
     calibration = calibrate_performer(
         performer_clip, world, {f"foot_{side}": scale * foot_tip(performer_clip, f"foot_{side}") for side in "lr"}
     )
-    root, local = _body_pose(world, calibration)
+    root, local = by_blocks(lambda part: _body_pose(world.cut(part), calibration), len(own))
     yaw, origin = float(heading(local[0, 0])), root[0, :2].copy()
     root, local = _to_origin(root, local, origin, yaw)
     motion = BodyMotion(root, local, performer_clip.motion.fps, performer_clip.motion.name)
