@@ -16,6 +16,7 @@ from datasets.formats.motion_file import read_motion_file
 from datasets.joints.joint_tree import JointMap
 from datasets.joints.mapping_draft import JointMapError
 from datasets.motion.clip import Motion
+from datasets.motion.frame_blocks import by_blocks
 from datasets.motion.humanoid import LEG_LENGTH
 from datasets.motion.skeleton import Skeleton, forward_kinematics, joint_tracks
 from datasets.performer.file_axes import BY_MOTION, file_axes, find_up_axis, turn_points, turn_rotations
@@ -123,14 +124,15 @@ def performer_clip_from_bvh(bvh: Bvh, name: str, reading: ReadingOptions | None 
     if dropped:
         begins = f"The motion begins after a jump at frame {dropped + 1}"
         notices.append(f"{begins}; what is before it, as of a rest pose, is left as it is.")
-    local_positions, local_rotations = tracks.positions[dropped:], tracks.rotations[dropped:]
-    up, unit, told = _up_axis_and_unit(bvh, tree, local_positions, local_rotations, leg, fps, reading)
+    tracks = tracks.cut(slice(dropped, None))
+    up, unit, told = _up_axis_and_unit(bvh, tree, tracks, leg, fps, reading)
     notices += told
     axes = file_axes(up, reading.mirror)
-    local_positions = unit * turn_points(axes, local_positions)
-    offsets = np.concat([np.zeros((1, 3)), np.median(local_positions, axis=0)[1:]])
-    local_rotations = turn_rotations(axes, local_rotations)
-    motion = Motion(Skeleton(tree.names, tree.parents, offsets), local_positions, local_rotations, fps, name)
+    tracks = replace(tracks, positions=unit * turn_points(axes, tracks.positions), rotations=turn_rotations(axes, tracks.rotations))
+    for table in (tracks.positions, tracks.rotations):
+        table.setflags(write=False)  # so that the clip needs no copy
+    offsets = np.concat([np.zeros((1, 3)), np.median(tracks.positions, axis=0)[1:]])
+    motion = Motion(Skeleton(tree.names, tree.parents, offsets), tracks.positions, tracks.rotations, fps, name)
     jumps = find_root_jumps(motion, joint_map, unit * leg)
     motion = replace(motion, local_positions=jumps.closed(motion.local_positions))
     if len(jumps.frames):
@@ -165,14 +167,18 @@ def _recorded_tracks(bvh: Bvh, reading: ReadingOptions) -> tuple[PerformerTree, 
 
 
 def _up_axis_and_unit(
-    bvh: Bvh, tree: PerformerTree, local_positions: np.ndarray, local_rotations: np.ndarray, leg: float, fps: float, reading: ReadingOptions
+    bvh: Bvh, tree: PerformerTree, tracks: LocalTracks, leg: float, fps: float, reading: ReadingOptions
 ) -> tuple[str, float, list[str]]:
     """Return the axis of the file that points up, the metres per unit of the file, and what a person should know of both."""
-    positions = forward_kinematics(tree.parents, local_positions, local_rotations)[0]
+
+    def block(part: slice) -> tuple[np.ndarray, ...]:
+        return (forward_kinematics(tree.parents, tracks.positions[part], tracks.rotations[part])[0],)
+
+    (positions,) = by_blocks(block, len(tracks.positions))
     _check_bones(tree.names, positions, tree.joint_map, leg)
     up, unit, notices = reading.up_axis or bvh.stated.up_axis, reading.unit, []
     if up is None:
-        rest = _rest_positions(tree.parents, np.concat([np.zeros((1, 3)), np.median(local_positions, axis=0)[1:]]))
+        rest = _rest_positions(tree.parents, np.concat([np.zeros((1, 3)), np.median(tracks.positions, axis=0)[1:]]))
         up, shown_by = find_up_axis(positions, rest, tree.joint_map, leg, fps)
         notices += [] if shown_by == BY_MOTION else [_unseen_up_notice(up, shown_by)]
     if unit is None and bvh.stated.unit is not None:
