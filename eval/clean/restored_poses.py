@@ -9,7 +9,7 @@ import numpy as np
 from agents.restore.model import RestoreModel
 from agents.restore.restore import restore_poses
 from datasets.cleanup.foot_contacts import debounce_contacts
-from datasets.cleanup.off_feet_spans import HANGS, KNEELS, LIES, OffFeetSpan
+from datasets.cleanup.off_feet_spans import KNEELS, LIES, OffFeetSpan
 from datasets.motion.clip import BodyMotion
 from datasets.motion.curves import smooth_step
 from datasets.motion.rotation import normalise
@@ -20,7 +20,7 @@ from eval.clean.misalignments import Misalignment, find_misalignments
 MIN_MEAN_MISALIGNMENT_DEG = 1.0
 # deg, of a body, beyond any strap: real suits have up to 26. Somebody who kneels or lies all the time is unlike what the network knows.
 MAX_MISALIGNMENT_DEG = 45.0
-UNKNOWN_POSTURES = (LIES, KNEELS, HANGS)  # in which the network saw next to nobody: what it takes for faults there are none
+UNKNOWN_POSTURES = (LIES, KNEELS)  # in which the network saw next to nobody: what it takes for faults there are none
 FADE_S = 0.5  # s, over which corrections rise after such a span, and fall before it
 
 
