@@ -128,7 +128,8 @@ def performer_clip_from_bvh(bvh: Bvh, name: str, reading: ReadingOptions | None 
     up, unit, told = _up_axis_and_unit(bvh, tree, tracks, leg, fps, reading)
     notices += told
     axes = file_axes(up, reading.mirror)
-    tracks = replace(tracks, positions=unit * turn_points(axes, tracks.positions), rotations=turn_rotations(axes, tracks.rotations))
+    tracks = replace(tracks, positions=unit * turn_points(axes, tracks.positions))  # one after the other: each is large
+    tracks = replace(tracks, rotations=turn_rotations(axes, tracks.rotations))
     for table in (tracks.positions, tracks.rotations):
         table.setflags(write=False)  # so that the clip needs no copy
     offsets = np.concat([np.zeros((1, 3)), np.median(tracks.positions, axis=0)[1:]])
