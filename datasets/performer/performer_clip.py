@@ -217,7 +217,10 @@ def _feet_to_head(positions: np.ndarray, joint_map: JointMap) -> float:
 
 
 def _find_unit(leg: float, height: float) -> float:
-    """Return the metres per unit of the file that make the leg most like a human's; of a figure with other legs, leg and height."""
+    """Return the metres per unit of the file that make the leg most like a human's; of a figure with other legs, leg and height.
+
+    A file that was scaled by any number is in no unit; its legs are taken to be as long as the humanoid's.
+    """
 
     def errors(metres: float) -> tuple[float, float]:
         return abs(np.log(metres * leg / LEG_LENGTH)), abs(np.log(metres * height / FEET_TO_HEAD))
@@ -225,12 +228,7 @@ def _find_unit(leg: float, height: float) -> float:
     unit = min(METRES_PER_UNIT.values(), key=lambda metres: errors(metres)[0])
     if errors(unit)[0] > np.log(MAX_LEG_RATIO):
         unit = min(METRES_PER_UNIT.values(), key=lambda metres: sum(errors(metres)))
-    if errors(unit)[0] > np.log(MAX_FIGURE_LEG_RATIO):
-        raise InputError(
-            f"legs of {leg:.4g} units are a human's in none of {', '.join(METRES_PER_UNIT)}; "
-            "say the unit in metres by --unit, or in a mapping file, such as 'unit: 0.01'"
-        )
-    return unit
+    return LEG_LENGTH / leg if errors(unit)[0] > np.log(MAX_FIGURE_LEG_RATIO) else unit
 
 
 def name_of_unit(metres: float) -> str:
@@ -241,6 +239,10 @@ def name_of_unit(metres: float) -> str:
 def _unit_notices(unit: float, leg: float) -> list[str]:
     """Return what a person should know of a unit that was found by a leg's length [unit of the file], if it is doubtful."""
     name, metres = name_of_unit(unit), unit * leg
+    if name not in METRES_PER_UNIT:
+        return [
+            f"Legs of {leg:.4g} units are a human's in no unit; they were taken to be {metres:.2f} m long. If not, give the unit: --unit METRES."
+        ]
     if abs(np.log(metres / LEG_LENGTH)) > np.log(MAX_LEG_RATIO):
         return [f"Legs of {metres:.2f} m, in {name}, are no body's. If that is not the figure's size, give the unit: --unit METRES."]
     if name in RARE_UNITS:
