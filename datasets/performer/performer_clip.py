@@ -240,9 +240,8 @@ def _unit_notices(unit: float, leg: float) -> list[str]:
     """Return what a person should know of a unit that was found by a leg's length [unit of the file], if it is doubtful."""
     name, metres = name_of_unit(unit), unit * leg
     if name not in METRES_PER_UNIT:
-        return [
-            f"Legs of {leg:.4g} units are a human's in no unit; they were taken to be {metres:.2f} m long. If not, give the unit: --unit METRES."
-        ]
+        told = f"Legs of {leg:.4g} units are a human's in no unit; they were taken to be {metres:.2f} m long."
+        return [f"{told} If not, give the unit: --unit METRES."]
     if abs(np.log(metres / LEG_LENGTH)) > np.log(MAX_LEG_RATIO):
         return [f"Legs of {metres:.2f} m, in {name}, are no body's. If that is not the figure's size, give the unit: --unit METRES."]
     if name in RARE_UNITS:
