@@ -144,7 +144,7 @@ def _mend(tracks: LocalTracks, names: Sequence[str], joint_map: JointMap, fps: f
     steps = steps_beside(tracks.steps())
     empty = _empty_frames(tracks.rotations, steps)
     spans = find_spikes(points, fps)
-    if is_rest_pose(
+    if looks_at_rest(
         {body: places[0, joint] for body, joint in joint_map.items()}, tracks.rotations[0]
     ):  # as exporters put before the motion
         frozen, spans = [one for one in frozen if one.start > 0], spans[spans[:, 0] > 0]
@@ -186,7 +186,7 @@ def _thaw(tracks: LocalTracks, fps: float) -> tuple[LocalTracks, list[Damage]]:
     return tracks.bridged(damaged) if damaged.any() else tracks, found
 
 
-def is_rest_pose(at: Mapping[str, np.ndarray], rotations: np.ndarray, min_arm: float = 0.0) -> bool:
+def looks_at_rest(at: Mapping[str, np.ndarray], rotations: np.ndarray, min_arm: float = 0.0) -> bool:
     """Return whether a frame is a rest pose: no rotation, or straight limbs, alike on both sides.
 
     Args:

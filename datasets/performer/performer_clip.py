@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from configs.errors import InputError
-from datasets.damage.damage import ROOT_JUMP, Damage, damage_after, damage_notices, is_rest_pose, mend_damage
+from datasets.damage.damage import ROOT_JUMP, Damage, damage_after, damage_notices, looks_at_rest, mend_damage
 from datasets.damage.local_tracks import LocalTracks
 from datasets.damage.root_jumps import NO_JUMPS, RootJumps, find_root_jumps, jump_notice
 from datasets.formats.bvh import POSITION_CHANNELS, Bvh, local_pose
@@ -241,7 +241,10 @@ def _feet_to_head(positions: np.ndarray, joint_map: JointMap) -> float:
 
 
 def _find_unit(leg: float, height: float) -> float:
-    """Return the metres per unit of the file that make the leg most like a human's; of a figure with other legs, leg and height."""
+    """Return the metres per unit of the file that make the leg most like a human's; of a figure with other legs, leg and height.
+
+    A file that was scaled by any number is in no unit; its legs are taken to be as long as the humanoid's.
+    """
 
     def errors(metres: float) -> tuple[float, float]:
         return abs(np.log(metres * leg / LEG_LENGTH)), abs(np.log(metres * height / FEET_TO_HEAD))
@@ -249,12 +252,7 @@ def _find_unit(leg: float, height: float) -> float:
     unit = min(METRES_PER_UNIT.values(), key=lambda metres: errors(metres)[0])
     if errors(unit)[0] > np.log(MAX_LEG_RATIO):
         unit = min(METRES_PER_UNIT.values(), key=lambda metres: sum(errors(metres)))
-    if errors(unit)[0] > np.log(MAX_FIGURE_LEG_RATIO):
-        raise InputError(
-            f"legs of {leg:.4g} units are a human's in none of {', '.join(METRES_PER_UNIT)}; "
-            "say the unit in metres by --unit, or in a mapping file, such as 'unit: 0.01'"
-        )
-    return unit
+    return LEG_LENGTH / leg if errors(unit)[0] > np.log(MAX_FIGURE_LEG_RATIO) else unit
 
 
 def name_of_unit(metres: float) -> str:
@@ -265,6 +263,9 @@ def name_of_unit(metres: float) -> str:
 def _unit_notices(unit: float, leg: float) -> list[str]:
     """Return what a person should know of a unit that was found by a leg's length [unit of the file], if it is doubtful."""
     name, metres = name_of_unit(unit), unit * leg
+    if name not in METRES_PER_UNIT:
+        told = f"Legs of {leg:.4g} units are a human's in no unit; they were taken to be {metres:.2f} m long."
+        return [f"{told} If not, give the unit: --unit METRES."]
     if abs(np.log(metres / LEG_LENGTH)) > np.log(MAX_LEG_RATIO):
         return [f"Legs of {metres:.2f} m, in {name}, are no body's. If that is not the figure's size, give the unit: --unit METRES."]
     if name in RARE_UNITS:
@@ -286,7 +287,7 @@ def _leading_frames(tracks: LocalTracks, roles: JointMap, fps: float) -> int:
     jump = int(np.argmax(held >= floor))
     if jump and (
         step[:jump].max() > MAX_REST_STEP * step[jump]
-        or not is_rest_pose(dict(zip(roles, positions[0], strict=True)), tracks.rotations[0], MIN_REST_ARM)
+        or not looks_at_rest(dict(zip(roles, positions[0], strict=True)), tracks.rotations[0], MIN_REST_ARM)
     ):
         return 0  # longer than a frame it has to be still, and a rest pose that nobody stands in
     usual = 1.5 * step[jump + MAX_LEADING_FRAMES : jump + 2 * MAX_LEADING_FRAMES].max() + 1e-3  # resampling rings for some frames after it

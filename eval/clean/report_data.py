@@ -9,7 +9,7 @@ import numpy as np
 from datasets.motion.humanoid import BODY_NAMES
 from eval.clean.result import CleaningResult
 from eval.metrics.artefact_tracks import CONTACT_BY_HEIGHT_M, ArtefactTracks, compute_artefact_tracks, distances_local, distances_world
-from eval.metrics.artefacts import contact_agreement, distance_metrics, metrics_of_tracks
+from eval.metrics.artefacts import compare_contact_rules, contact_metrics, distance_metrics, metrics_of_tracks
 from eval.pages.artefact_plots import spans_in_seconds
 
 MAX_MOMENTS = 6  # pictures of the frames that were changed most
@@ -22,7 +22,7 @@ def tracks_by_side(cleaned: CleaningResult) -> dict[str, ArtefactTracks]:
     """Return the artefact tracks of "before", "after" and, where it is known, "truth"."""
     truth = cleaned.truth
     sides = {"before": cleaned.before, "after": cleaned.after} | ({"truth": truth} if truth else {})
-    return {side: compute_artefact_tracks(clip, truth) for side, clip in sides.items()}
+    return {side: compute_artefact_tracks(clip, truth, cleaned.before) for side, clip in sides.items()}
 
 
 def collect_report_data(cleaned: CleaningResult, tracks: Mapping[str, ArtefactTracks] | None = None) -> dict[str, Any]:
@@ -36,6 +36,9 @@ def collect_report_data(cleaned: CleaningResult, tracks: Mapping[str, ArtefactTr
     fps, truth = cleaned.before.fps, cleaned.truth
     tracks = tracks or tracks_by_side(cleaned)
     sides = {side: metrics_of_tracks(own) for side, own in tracks.items()}
+    if truth:
+        for side in ("before", "after"):
+            sides[side] |= contact_metrics(tracks[side])
     sides["before"] |= distance_metrics(cleaned.before, truth, None)
     sides["after"] |= distance_metrics(cleaned.after, truth, cleaned.before)
     by_height = tracks["after"].foot_height < CONTACT_BY_HEIGHT_M
@@ -56,7 +59,7 @@ def collect_report_data(cleaned: CleaningResult, tracks: Mapping[str, ArtefactTr
         "kept": {"share": float(cleaned.kept.mean()), "spans": spans_in_seconds(cleaned.kept, fps, cleaned.start_s)},
         "seams": list(cleaned.restarts),
         "assist_bw": {"mean": cleaned.mean_assist, "largest": float(cleaned.assist.max())},
-        "contact_rule": contact_agreement(cleaned.contacts[cleaned.simulated], by_height[cleaned.simulated]),
+        "contact_rule": compare_contact_rules(cleaned.contacts[cleaned.simulated], by_height[cleaned.simulated]),
         "most_changed": find_most_changed_frames(cleaned),
         "moved": [asdict(span) for span in cleaned.moved],
         "overlaps": [asdict(overlap) for overlap in cleaned.overlaps],

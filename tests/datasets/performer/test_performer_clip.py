@@ -32,9 +32,10 @@ def test_a_mapping_overrides_unit_and_axis() -> None:
     assert (found.unit, found.up_axis) == (0.02, "z")
 
 
-def test_legs_that_are_a_humans_in_no_unit_are_refused() -> None:
-    with pytest.raises(InputError, match=r"legs of 2.767e\+05 units .* mapping file"):  # 0.83 m / 3e-6
-        performer_clip_from_bvh(as_bvh(posed({}), unit=3e-6), "clip")
+def test_legs_that_are_a_humans_in_no_unit_are_taken_to_be_as_long_as_the_humanoids() -> None:
+    found = performer_clip_from_bvh(as_bvh(posed({}), unit=3e-6), "clip")
+    assert found.unit == pytest.approx(3e-6)
+    assert found.notices[0].startswith("Legs of 2.767e+05 units are a human's in no unit; they were taken to be 0.83 m long.")
 
 
 def test_a_figure_with_long_legs_is_read_and_told() -> None:

@@ -233,9 +233,11 @@ def test_the_command_leaves_whole_files_and_a_picture_where_it_can_draw(written:
 
 def test_the_json_has_the_keys_that_other_tools_read(written: Path) -> None:
     found = json.loads((written / "report.json").read_text())
-    five = {"episode_length_ratio", "root_mse", "sr90", "max_reward_ratio", "body_error"}
-    assert set(found["tracking"]) == set(found["tracking_zero_residual"]) == five
-    assert set(found["tracking_suit"]) == set(found["tracking_suit_zero_residual"]) == {*five, "root_mse_truth"}
+    always = {"episode_length_ratio", "root_mse", "sr90", "max_reward_ratio", "body_error", "upright_ratio"}
+    assert set(found["tracking"]) == set(found["tracking_zero_residual"]) == always
+    assert set(found["tracking_suit"]) == set(found["tracking_suit_zero_residual"]) == {*always, "root_mse_truth"}
+    # Who has fallen is not upright, and who is lost may be: no rollout is upright for less time than it lasts but by a step.
+    assert found["tracking"]["upright_ratio"]["mean"] >= found["tracking"]["episode_length_ratio"]["mean"] - 0.02
     assert all(set(value) == {"mean", "std"} for value in found["tracking"].values())
     assert {"foot_skate", "floating", "ground_penetration", "jitter"} <= set(found["artefacts"]["before"])
     assert {"deviation_local", "deviation_world"} <= set(found["artefacts"]["after"])
