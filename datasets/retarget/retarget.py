@@ -181,7 +181,9 @@ def foot_tip(performer_clip: PerformerClip, foot: str) -> np.ndarray:
 def _ground(motion: BodyMotion, stands: np.ndarray) -> float:
     """Return the height [m] of the ground under a clip; ``stands`` (T, 2) tells whether the left and the right foot stand."""
     lowest = clip_lowest_heights(motion)
-    soles = lowest[:, [foot for foot, _ in FOOT_AND_TOE_BODIES]][stands]
+    feet = lowest[:, [foot for foot, _ in FOOT_AND_TOE_BODIES]]
+    bears = feet - lowest.min(axis=1, keepdims=True) < MAX_LEVEL_DIFFERENCE_M  # not the still feet of who lies
+    soles = feet[stands & bears]
     if not len(soles):
         return float(np.percentile(lowest.min(axis=-1), LOWEST_PERCENTILE))
     return float(np.percentile(soles[soles < np.percentile(soles, 10) + MAX_LEVEL_DIFFERENCE_M], STANDING_PERCENTILE))

@@ -240,6 +240,16 @@ def test_a_pelvis_that_keeps_still_by_right_was_recorded(pitch: float, angles: t
     assert retarget(performer_clip_from_bvh(as_bvh(clip), "kicking")).motion.rooted is rooted
 
 
+def test_the_ground_is_under_who_lies_with_feet_in_the_air() -> None:
+    """On the back, 0.1 m under the pelvis' origin; straight legs of 0.83 m are raised by 20 degrees, and keep the feet 0.28 m higher."""
+    clip = kicking(-90.0, 0.1, (0.0, 0.0))
+    raised = posed({"thigh_l_y": -20.0, "thigh_r_y": -20.0}, 1).local_rotations
+    local = np.repeat(raised, len(clip), axis=0)
+    local[:, 0] = clip.local_rotations[:, 0]
+    result = retargeted(as_bvh(replace(clip, local_rotations=local)))
+    assert result.ground == pytest.approx(0.0, abs=0.03)
+
+
 def test_the_ground_is_under_the_standing_feet() -> None:
     sunk = posed({}, height=STANDING - 0.11)
     result = retargeted(as_bvh(sunk))
