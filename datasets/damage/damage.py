@@ -144,9 +144,8 @@ def _mend(tracks: LocalTracks, names: Sequence[str], joint_map: JointMap, fps: f
     steps = steps_beside(tracks.steps())
     empty = _empty_frames(tracks.rotations, steps)
     spans = find_spikes(points, fps)
-    if looks_at_rest(
-        {body: places[0, joint] for body, joint in joint_map.items()}, tracks.rotations[0]
-    ):  # as exporters put before the motion
+    first = {body: places[0, joint] for body, joint in joint_map.items()}
+    if looks_at_rest(first, tracks.rotations[0]):  # as exporters put before the motion
         frozen, spans = [one for one in frozen if one.start > 0], spans[spans[:, 0] > 0]
     damaged = _far_off(steps, spans, empty)
     wild = _wild_spans(points, fps, np.all(damaged, axis=1))

@@ -285,10 +285,8 @@ def _leading_frames(tracks: LocalTracks, roles: JointMap, fps: float) -> int:
     if held.max() < floor:
         return 0
     jump = int(np.argmax(held >= floor))
-    if jump and (
-        step[:jump].max() > MAX_REST_STEP * step[jump]
-        or not looks_at_rest(dict(zip(roles, positions[0], strict=True)), tracks.rotations[0], MIN_REST_ARM)
-    ):
+    first = dict(zip(roles, positions[0], strict=True))
+    if jump and (step[:jump].max() > MAX_REST_STEP * step[jump] or not looks_at_rest(first, tracks.rotations[0], MIN_REST_ARM)):
         return 0  # longer than a frame it has to be still, and a rest pose that nobody stands in
     usual = 1.5 * step[jump + MAX_LEADING_FRAMES : jump + 2 * MAX_LEADING_FRAMES].max() + 1e-3  # resampling rings for some frames after it
     return jump + 1 + int(np.flatnonzero(step[jump : jump + MAX_LEADING_FRAMES] > usual).max(initial=0))
