@@ -13,8 +13,6 @@ from datasets.library.motion_library import MotionLibrary
 from datasets.library.sources import ROUGH_GROUND_KINDS, load_clips
 from datasets.motion.clip import FPS, BodyMotion
 from datasets.motion.generalised_positions import qpos_to_motion
-from envs.base_vector_env import RENDER_MODES
-from envs.humanoid_picture import HumanoidPicture
 from envs.mimic.spec import (
     DEVIATION_DISCOUNT_OFFSET,
     DEVIATION_DISCOUNT_SLOPE_PER_M,
@@ -25,7 +23,8 @@ from envs.mimic.spec import (
     observation_table,
 )
 from envs.physics.engine_interface import FRAMES_PER_STEP
-from envs.vector_env import AdaptMimicVectorEnv, check_names, check_render_mode
+from envs.rendering import VIEWS, HumanoidView, check_render_mode
+from envs.vector_env import AdaptMimicVectorEnv, check_names
 
 SPEC_FIELDS = tuple(field.name for field in fields(MimicSpec))
 
@@ -85,7 +84,7 @@ class AdaptMimicEnv(gym.Env):  # noqa: D101 (its docstring is made from the spec
     Version history: v0, first release: physics at 240 Hz on the ground of docs/contact.md.
     """
 
-    metadata = {"render_modes": list(RENDER_MODES), "render_fps": int(FPS / FRAMES_PER_STEP)}  # noqa: RUF012 (Gymnasium's form)
+    metadata = {"render_modes": list(VIEWS), "render_fps": int(FPS / FRAMES_PER_STEP)}  # noqa: RUF012 (Gymnasium's form)
 
     def __init__(self, motions: str | MotionLibrary = "synthetic", render_mode: str | None = None, **spec: Any) -> None:
         """Build one simulation.
@@ -99,14 +98,14 @@ class AdaptMimicEnv(gym.Env):  # noqa: D101 (its docstring is made from the spec
             ValueError: If an argument is none of these.
         """
         check_names(spec, SPEC_FIELDS)
-        check_render_mode(render_mode)
+        check_render_mode(render_mode, tuple(VIEWS))
         library = motions if isinstance(motions, MotionLibrary) else load_motion_library(motions)
         self.batch = AdaptMimicVectorEnv(library, 1, MimicSpec(**spec), autoreset_mode=AutoresetMode.DISABLED)
         self.observation_space = self.batch.single_observation_space
         self.action_space = self.batch.single_action_space
         self.observation_slices = self.batch.observation_slices
         self.render_mode = render_mode
-        self._picture: HumanoidPicture | None = None
+        self._view: HumanoidView | None = None
         self._data = mujoco.MjData(self.model)
         self._poses: list[np.ndarray] = []  # of the running episode, one a control step
 
@@ -140,6 +139,7 @@ class AdaptMimicEnv(gym.Env):  # noqa: D101 (its docstring is made from the spec
         chosen = {key: np.array([value]) for key, value in (options or {}).items()}
         observation, info = self.batch.reset(seed=seed, options=chosen)
         self._poses = [self.batch.physics.poses()[0]]
+        self._show()
         return observation[0], info
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
@@ -153,6 +153,7 @@ class AdaptMimicEnv(gym.Env):  # noqa: D101 (its docstring is made from the spec
             raise ValueError(f"action has shape {action.shape}, should be {self.action_space.shape}")
         observation, reward, terminated, truncated, batch_info = self.batch.step(action[None])
         self._poses.append(self.batch.physics.poses()[0])
+        self._show()
         info: dict[str, Any] = {name: value[0] for name, value in batch_info.items() if name.startswith("reward/")}
         info["physics_failed"] = bool(batch_info["physics_failed"][0])
         if "tracking" in batch_info:
@@ -160,18 +161,23 @@ class AdaptMimicEnv(gym.Env):  # noqa: D101 (its docstring is made from the spec
         return observation[0], float(reward[0]), bool(terminated[0]), bool(truncated[0]), info
 
     def render(self) -> np.ndarray | None:
-        """Return an image of the humanoid, shape (480, 640, 3), in mode "rgb_array"; None otherwise."""
+        """Return an image of the humanoid, shape (480, 640, 3), in mode "rgb_array"; show it in mode "human"; None otherwise."""
         if self.render_mode is None:
             return None
-        self._picture = self._picture or HumanoidPicture(self.model)
-        return self._picture.draw(self.batch.physics.poses()[0])
+        self._view = self._view or VIEWS[self.render_mode](self.model)
+        return self._view.draw(self.batch.physics.poses()[0])
+
+    def _show(self) -> None:
+        """Show the humanoid where there is a window, as Gymnasium wants it done by itself."""
+        if self.render_mode == "human":
+            self.render()
 
     def close(self) -> None:
-        """Free the renderer."""
-        if self._picture is not None:
-            self._picture.close()
-            self._picture = None
+        """Free the renderer, or close the window."""
+        if self._view is not None:
+            self._view.close()
+            self._view = None
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what copies and pickles hold: all but the renderer."""
-        return vars(self) | {"_picture": None}
+        return vars(self) | {"_view": None}

@@ -8,9 +8,9 @@ from gymnasium.vector import AutoresetMode
 
 from datasets.library.motion_library import MotionLibrary, Reference
 from envs.base_vector_env import RENDER_MODES, MimicVectorEnvBase
-from envs.humanoid_picture import HumanoidPicture
 from envs.mimic.spec import EPISODE_FRAMES, MimicSpec
 from envs.physics.mujoco_cpu import CpuPhysics
+from envs.rendering import HumanoidPicture, check_render_mode
 from envs.world_state import WorldState
 
 RESET_OPTIONS = ("reset_mask", "clip", "frame", "frames")
@@ -53,7 +53,7 @@ class AdaptMimicVectorEnv(MimicVectorEnvBase):
         Raises:
             ValueError: If the library's rate is not 60 fps, or the render mode is another.
         """
-        check_render_mode(render_mode)
+        check_render_mode(render_mode, RENDER_MODES)
         super().__init__(library, num_envs, task, autoreset_mode, clip_weights, adaptive_starts, np.asarray)
         self.physics = physics(num_envs, threads)
         self.physics_failures = 0
@@ -206,9 +206,3 @@ def check_names(options: Iterable[str], known: Sequence[str]) -> None:
     for name in options:
         if name not in known:
             raise ValueError(f"there is no option '{name}'; known are {', '.join(known)}")
-
-
-def check_render_mode(mode: str | None) -> None:
-    """Raise ValueError for a render mode that no env has."""
-    if mode not in (None, *RENDER_MODES):
-        raise ValueError(f"render_mode is '{mode}', should be None or {' or '.join(RENDER_MODES)}")

@@ -1,7 +1,9 @@
 """``AdaptMimic-v0`` under Gymnasium and Stable-Baselines3."""
 
 import copy
+import os
 import pickle
+import time
 from pathlib import Path
 
 import gymnasium
@@ -124,8 +126,8 @@ def test_wrong_actions_are_refused_in_a_line_and_lists_are_taken(library: Motion
 def test_unknown_arguments_and_options_are_refused_in_a_line(library: MotionLibrary) -> None:
     with pytest.raises(ValueError, match="there is no option 'configurations'; known are configuration, frame"):
         AdaptMimicEnv(library, configurations="full")
-    with pytest.raises(ValueError, match="render_mode is 'human', should be None or rgb_array"):
-        AdaptMimicEnv(library, render_mode="human")
+    with pytest.raises(ValueError, match="render_mode is 'ansi', should be None or rgb_array or human"):
+        AdaptMimicEnv(library, render_mode="ansi")
     with pytest.raises(ValueError, match="there is no option 'clips'; known are clip, frame, frames"):
         AdaptMimicEnv(library).reset(options={"clips": 0})
 
@@ -197,4 +199,16 @@ def test_pictures_of_all_worlds(library: MotionLibrary) -> None:
     pictures, again = (np.array(one.render()) for one in (env, copy.deepcopy(env.unwrapped)))  # the copy opens a renderer of its own
     assert pictures.shape == (2, 480, 640, 3)
     assert np.array_equal(again, pictures)
+    env.close()
+
+
+@pytest.mark.skipif(not os.environ.get("DISPLAY"), reason="needs a screen, or xvfb-run")
+def test_a_window_shows_every_step_in_its_time(library: MotionLibrary) -> None:
+    env = AdaptMimicEnv(library, render_mode="human")
+    env.reset(seed=0)
+    begin = time.monotonic()
+    for _ in range(6):
+        env.step(np.zeros(20, dtype=np.float32))
+    assert time.monotonic() - begin > 0.15  # the last five steps of 1/30 s
+    env.close()
     env.close()
