@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import mediapy
 import numpy as np
 
+from datasets.motion.generalised_positions import motion_to_qpos
 from eval.clean.result import CleaningResult
 from eval.metrics.artefact_tracks import distances_local
-from eval.pages.render import can_render, encode_mp4, motion_to_qpos, pair_frames, render_strip
+from eval.pages.render import can_render, encode_mp4, pair_frames, render_strip
 
 MAX_VIDEO_S = 10.0  # of a film: of longer clips the part in which most was changed; drawing takes longer than cleaning
 _MOMENT_SIZE_PX = (360, 440)  # pixels, of the picture of a moment

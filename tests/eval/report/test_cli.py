@@ -18,6 +18,7 @@ from datasets.formats.bvh import write_bvh
 from datasets.library.motion_library import ClipInfo, MotionLibrary
 from datasets.library.sources import SourceMotion
 from datasets.motion.clip import BodyMotion
+from datasets.motion.generalised_positions import motion_to_qpos
 from envs.mimic.spec import MimicSpec
 from eval.metrics.rollout_motion import (
     ArtefactComparison,
@@ -25,12 +26,12 @@ from eval.metrics.rollout_motion import (
     compare_artefacts,
     mean_over_clips,
     mean_over_windows,
-    qpos_to_motion,
+    poses_to_motion,
     simulate_rollouts,
 )
 from eval.metrics.tracking import ClipTracking, group_clips, summarise, survival_shares
 from eval.pages.artefact_plots import PANELS
-from eval.pages.render import can_render, motion_to_qpos, render_pair
+from eval.pages.render import can_render, render_pair
 from eval.report import cli as report
 from eval.report import clip_selection as tested_clips
 from eval.report import videos as films
@@ -165,7 +166,7 @@ def test_the_truth_is_put_where_the_window_begins_but_keeps_its_height() -> None
 
 
 def test_poses_become_a_clip_at_60_fps() -> None:
-    found = qpos_to_motion(motion_to_qpos(standing("a", 61))[::2], standing("like"))
+    found = poses_to_motion(motion_to_qpos(standing("a", 61))[::2], standing("like"))
     assert (len(found), found.fps, found.name) == (61, 60.0, "like")
     np.testing.assert_allclose(found.local_rotations, standing("a", 61).local_rotations, atol=1e-9)
 
