@@ -128,10 +128,7 @@ def performer_clip_from_bvh(bvh: Bvh, name: str, reading: ReadingOptions | None 
     up, unit, told = _up_axis_and_unit(bvh, tree, tracks, leg, fps, reading)
     notices += told
     axes = file_axes(up, reading.mirror)
-    tracks = replace(tracks, positions=unit * turn_points(axes, tracks.positions))  # one after the other: each is large
-    tracks = replace(tracks, rotations=turn_rotations(axes, tracks.rotations))
-    for table in (tracks.positions, tracks.rotations):
-        table.setflags(write=False)  # so that the clip needs no copy
+    tracks = _turned(tracks, unit, axes)
     offsets = np.concat([np.zeros((1, 3)), np.median(tracks.positions, axis=0)[1:]])
     motion = Motion(Skeleton(tree.names, tree.parents, offsets), tracks.positions, tracks.rotations, fps, name)
     jumps = find_root_jumps(motion, joint_map, unit * leg)
@@ -165,6 +162,16 @@ def _recorded_tracks(bvh: Bvh, reading: ReadingOptions) -> tuple[PerformerTree, 
     leg = leg_length(places, {body: number for number, body in enumerate(tree.joint_map)})
     tracks = LocalTracks(tree.parents, local_positions, local_rotations, LEG_LENGTH / max(leg, MIN_LEG))
     return tree, end_offsets(tree, bvh, in_file[0]), tracks, leg
+
+
+def _turned(tracks: LocalTracks, unit: float, axes: np.ndarray) -> LocalTracks:
+    """Return local poses in metres and our axes, from those in the file's unit and axes, by the matrix ``axes`` (3, 3)."""
+
+    def block(part: slice) -> tuple[np.ndarray, ...]:
+        return unit * turn_points(axes, tracks.positions[part]), turn_rotations(axes, tracks.rotations[part])
+
+    positions, rotations = by_blocks(block, len(tracks.positions))
+    return replace(tracks, positions=positions, rotations=rotations)
 
 
 def _up_axis_and_unit(
