@@ -23,10 +23,23 @@ def stance_paths(spec: RootSpec, features: Array, logits: Array) -> Array:
     """
     xp = array_namespace(features)
     points = features.reshape(*features.shape[:2], -1, 3)[:, :, [spec.bodies.index(body) for body in STANCE_BODIES]]
-    heights = (points[..., 2] - _HEIGHTS.like(features)).mean(1)
-    lowest = xp.amin(heights, -1)[:, None]
-    weights = xp.exp(xp.clip(logits - ((heights - lowest) / HEIGHT_SOFTMAX_SCALE_M)[:, None], -_MAX_LOGIT, _MAX_LOGIT))
-    weights = weights / weights.sum(-1)[..., None]
+    weights = stance_weights(points, logits)
     after = 2.0 * points[:, -1:] - points[:, -2:-1]  # the last target lies one frame beyond the window
     moved = xp.concat([points[:, 1:], after], 1) - points[:, :1]
     return -(weights[..., None] * moved).sum(2)
+
+
+def stance_weights(points: Array, logits: Array) -> Array:
+    """Return the share of the body that each point carries; the lower it is, the more, shape of ``logits``.
+
+    Args:
+        points: Ankles and toe joints [m], shape (B, W, 4, 3).
+        logits: Logit of each point, added to that of its mean height, shape (B, 4) or (B, steps, 4).
+    """
+    xp = array_namespace(points)
+    heights = (points[..., 2] - _HEIGHTS.like(points)).mean(1)
+    logits_of_height = -(heights - xp.amin(heights, -1)[:, None]) / HEIGHT_SOFTMAX_SCALE_M
+    if logits.ndim == points.ndim - 1:
+        logits_of_height = logits_of_height[:, None]
+    weights = xp.exp(xp.clip(logits + logits_of_height, -_MAX_LOGIT, _MAX_LOGIT))
+    return weights / weights.sum(-1)[..., None]

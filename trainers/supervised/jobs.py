@@ -11,13 +11,14 @@ from trainers.supervised.lobstr_learner import LobstrLearner
 from trainers.supervised.restore_config import RestoreConfig
 from trainers.supervised.restore_data import RestoreData, prepare_restore_data
 from trainers.supervised.restore_learner import RestoreLearner
+from trainers.supervised.recurrent_root_learner import RecurrentRootLearner
 from trainers.supervised.root_config import RootConfig
 from trainers.supervised.root_data import RootData, prepare_root_data
 from trainers.supervised.root_learner import RootLearner
 
 Config = RootConfig | LobstrConfig | RestoreConfig
 Data = RootData | LobstrData | RestoreData
-Learner = RootLearner | LobstrLearner | RestoreLearner
+Learner = RootLearner | RecurrentRootLearner | LobstrLearner | RestoreLearner
 
 
 @dataclass(frozen=True)
@@ -41,8 +42,14 @@ class Job:
     fixed_learner_settings: tuple[str, ...] = ()
 
 
+
+def make_root_learner(config: RootConfig, data: RootData) -> RootLearner | RecurrentRootLearner:
+    """Return the learner for the network of a root model's config."""
+    return (RecurrentRootLearner if config.model.is_recurrent else RootLearner)(config, data)
+
+
 JOBS = {
-    "root": Job(RootConfig, prepare_root_data, RootLearner, "windows", fixed_learner_settings=("loss",)),
+    "root": Job(RootConfig, prepare_root_data, make_root_learner, "windows", fixed_learner_settings=("loss",)),
     "lower_body": Job(LobstrConfig, prepare_lobstr_data, LobstrLearner, "frames"),
     "restore": Job(RestoreConfig, prepare_restore_data, RestoreLearner, "windows", selected_by="restored_error_mm"),
 }
