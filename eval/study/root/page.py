@@ -95,8 +95,9 @@ NOTES = (
     "of windows, not in data. The thesis trained for one to two weeks (chapter 2) on data of its own, so its numbers beside ours are a "
     "mark, and a finding counts as reproduced by its direction: two rows differ where they are further apart than their two standard "
     "deviations over seeds together; what is compared within one row, or with a fixed mark, goes by the mean.",
-    "All trainings see four takes of each clip and four sets of made-up people, and those of Root3D follow the thesis to the letter: no "
-    "support, no sequences, nothing hidden. The models as shipped learnt for longer, from more takes, from poses of both kinds.",
+    "All trainings see two takes of each clip and four sets of made-up people, and those of Root3D follow the thesis to the letter: no "
+    "support, no sequences, nothing hidden. The models as shipped learnt for longer, from more takes, from poses of both kinds, and from "
+    "suits' poses that the restoring network has been through; Root3D as shipped is another network.",
     "All trainings mirror half of their windows and let the learning rate fall, planar ones also hide half of the joints beside the legs: "
     "the thesis has none of that. Root3D rows have its network and loss; the package's own models are the rows as shipped.",
     "Run-walk-idle are the training clips whose kind is run, jog, dash, walk, turn or stand.",
