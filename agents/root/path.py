@@ -10,7 +10,7 @@ import numpy as np
 import torch
 
 from agents.root.model import RootModel
-from agents.root.recurrent.path import predict_recurrent_path
+from agents.root.recurrent_path import predict_recurrent_path
 from agents.root.spec import RootSpec
 from agents.root.windows import window_features
 from configs.errors import InputError

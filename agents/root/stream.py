@@ -8,7 +8,7 @@ from agents.root.model import RootModel
 from agents.root.numpy_inference import Predictor, make_window_predictor
 from agents.root.path import FULL_ORDER, check_length
 from agents.root.reconstruct import initial_root_position
-from agents.root.recurrent.stream import RecurrentRootSteps, StreamFrame
+from agents.root.recurrent_stream import RecurrentRootSteps, StreamFrame
 from agents.root.stream_filters import StreamFilters
 from agents.root.streaming_path import StepsAndHeights, StreamingFirstSteps, StreamingMeanSteps
 from configs.errors import InputError

@@ -42,7 +42,6 @@ class Job:
     fixed_learner_settings: tuple[str, ...] = ()
 
 
-
 def make_root_learner(config: RootConfig, data: RootData) -> RootLearner | RecurrentRootLearner:
     """Return the learner for the network of a root model's config."""
     return (RecurrentRootLearner if config.model.is_recurrent else RootLearner)(config, data)

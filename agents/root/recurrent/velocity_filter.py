@@ -8,7 +8,7 @@ the centre of mass keeps its velocity and is accelerated. It is a Kalman filter 
 from typing import NamedTuple
 
 from agents.root.recurrent.patches import PATCH_FRAMES, PATCH_S
-from agents.root.stance_points import stance_weights
+from agents.root.recurrent.stance_weights import stance_weights
 from datasets.imu.root_features import ROOT_RATE_HZ, to_heading_frame
 from datasets.motion.rotation import Array, Constant, array_namespace
 

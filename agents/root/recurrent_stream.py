@@ -1,4 +1,4 @@
-"""The recurrent root model frame by frame: what ``agents.root.recurrent.path`` gives of a whole clip, without PyTorch."""
+"""The recurrent root model frame by frame: what ``agents.root.recurrent_path`` gives of a whole clip, without PyTorch."""
 
 from collections import deque
 from collections.abc import Callable
@@ -8,7 +8,7 @@ import numpy as np
 
 from agents.root.model import RootModel
 from agents.root.networks.gru import HIDDEN, GruNetwork
-from agents.root.recurrent.path import patch_motion
+from agents.root.recurrent_path import patch_motion
 from agents.root.recurrent.patches import PATCH_FRAMES, WINDOW_FRAMES, patch_features
 from agents.root.recurrent.velocity_filter import patch_displacements, patch_steps
 from datasets.imu.root_features import RootFrames
@@ -85,9 +85,7 @@ def make_patch_predictor(model: RootModel) -> Predictor:
     network = model.network
     assert isinstance(network, GruNetwork)
     weights = {name: value.detach().cpu().numpy().copy() for name, value in model.state_dict().items()}
-    first, second, head = (
-        (weights[f"network.{name}.weight"], weights[f"network.{name}.bias"]) for name in ("first", "second", "head")
-    )
+    first, second, head = ((weights[f"network.{name}.weight"], weights[f"network.{name}.bias"]) for name in ("first", "second", "head"))
     into, back = ((weights[f"network.gru.weight_{kind}_l0"], weights[f"network.gru.bias_{kind}_l0"]) for kind in ("ih", "hh"))
     mean, std = weights["feature_mean"], weights["feature_std"]
     remembered = np.zeros(HIDDEN, dtype=np.float32)
