@@ -38,7 +38,8 @@ def reconstruct_root(
             are none, those of the pose about the pelvis are taken.
         order: Order w of F_w (thesis eq. 3.12).
         filtered: Whether the path is filtered: in the air the centre of mass flies ballistically (``apply_ballistic_root``, which needs
-            measured accelerations and is not for recurrent models, who fly by themselves), and feet in stance are held (``apply_stance_root_filter``, thesis 3.5.2).
+            measured accelerations; recurrent models fly by themselves), and feet in stance are held (``apply_stance_root_filter``, thesis
+            3.5.2).
         level: Whether the ground is known to be level: then height drift is corrected wherever feet stand (``level_to_ground``).
 
     Raises:

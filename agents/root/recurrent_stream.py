@@ -8,9 +8,9 @@ import numpy as np
 
 from agents.root.model import RootModel
 from agents.root.networks.gru import HIDDEN, GruNetwork
-from agents.root.recurrent_path import patch_motion
 from agents.root.recurrent.patches import PATCH_FRAMES, WINDOW_FRAMES, patch_features
 from agents.root.recurrent.velocity_filter import patch_displacements, patch_steps
+from agents.root.recurrent_path import patch_motion
 from datasets.imu.root_features import RootFrames
 
 Predictor = Callable[[np.ndarray], np.ndarray]
@@ -69,7 +69,7 @@ class RecurrentRootSteps:
         return RootFrames(*parts, root=parts[3], com=parts[3])
 
     def _patch(self, seen: RootFrames, first: int) -> np.ndarray:
-        """Return the steps (4, 3) of the patch that begins ``first`` frames after the oldest, by the newest outputs, and go on to the next."""
+        """Return the steps (4, 3) of the patch that begins ``first`` frames after the oldest, by the newest outputs."""
         steps = patch_steps(self._outputs, patch_motion(seen, np.array([first]), self._accelerations))
         velocity = steps.by_feet if self._velocity is None else self._velocity
         self._velocity = steps.keep * velocity + steps.gained

@@ -24,8 +24,8 @@ class RootSpec:
     """One variant of the root model.
 
     Attributes:
-        network: Network: "gru" remembers the performance and filters the velocity (``agents.root.recurrent``), "root3d" predicts steps ahead
-            from windows of 8 frames (thesis), "planar_unet" and "planar_cnn" a path along windows of 64.
+        network: Network: "gru" remembers the performance and filters the velocity (``agents.root.recurrent``), "root3d" predicts steps
+            ahead from windows of 8 frames (thesis), "planar_unet" and "planar_cnn" a path along windows of 64.
         accelerations: Whether a Root3D sees the sensors' accelerations beside the joints (thesis 3.5.4).
         target: Point whose path is predicted: "root" or "com".
         vertical: Vertical target: "displacement" along the window as in the horizontal plane, or absolute "height" (planar networks only).

@@ -8,10 +8,10 @@ from configs.load import read_value
 from trainers.supervised.lobstr_config import LobstrConfig
 from trainers.supervised.lobstr_data import LobstrData, prepare_lobstr_data
 from trainers.supervised.lobstr_learner import LobstrLearner
+from trainers.supervised.recurrent_root_learner import RecurrentRootLearner
 from trainers.supervised.restore_config import RestoreConfig
 from trainers.supervised.restore_data import RestoreData, prepare_restore_data
 from trainers.supervised.restore_learner import RestoreLearner
-from trainers.supervised.recurrent_root_learner import RecurrentRootLearner
 from trainers.supervised.root_config import RootConfig
 from trainers.supervised.root_data import RootData, prepare_root_data
 from trainers.supervised.root_learner import RootLearner

@@ -18,7 +18,7 @@ class RootDataConfig(SourceConfig):
         rough_ground: Whether stairs are kept.
         pose_source: Source of the poses: "optical" as recorded, "imu" as a simulated suit has them, or "both"; accelerations are the
             suit's in any case.
-        restored_share: Share of the simulated suits' recordings whose poses the package's network restores, as cleaning does before all else.
+        restored_share: Share of the simulated suits' recordings whose poses the package's network restores, as cleaning does first of all.
         rough_motions: Further motion source, of real stairs; none if empty.
         suit_takes: Number of simulated suit recordings of each clip.
         tempo: Largest factor by which all takes but the first are slower or quicker.
@@ -60,8 +60,8 @@ class RootLearnerConfig:
         final_learning_rate: Adam's learning rate at the end; linear in between.
         weight_decay: Adam's weight decay.
         mask_share: Share of the joints and sensors that each window hides; legs and pelvis are never hidden.
-        sequence: Number of consecutive windows in a batch, of patches that a recurrent model sees one after the other; of more than one the drift that they add up to is a loss as well, which
-            the thesis misses in its own (3.5.1).
+        sequence: Number of consecutive windows in a batch, of patches that a recurrent model sees one after the other; of more than one
+            the drift that they add up to is a loss as well, which the thesis misses in its own (3.5.1).
         threads: Number of torch threads.
     """
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from agents.weights.pretrained import load_pretrained_restore
 from datasets.imu.root_features import ROOT_RATE_HZ, RootFrames, root_frames
 from datasets.imu.suit_simulation import simulate_suit
 from datasets.library.sources import ROUGH_GROUND_KINDS, SYNTHETIC_SOURCE, load_clips
@@ -14,7 +15,6 @@ from datasets.motion.clip import BodyMotion
 from datasets.motion.kinematics import body_poses, lowest_point_heights, resample
 from datasets.motion.rotation import heading
 from datasets.synthetic.clips import synthetic_clips
-from agents.weights.pretrained import load_pretrained_restore
 from eval.clean.restored_poses import restore_clip
 from eval.evaluation_recordings import IMU_POSES, OPTICAL_POSES, RESTORED_POSES, TEST_FOLDERS
 
