@@ -9,7 +9,7 @@ import torch
 from agents.root.model import RootModel
 from agents.root.recurrent.patches import PATCH_FRAMES, WINDOW_FRAMES, patch_features
 from agents.root.recurrent.velocity_filter import PatchMotion, patch_displacements, patch_steps, patch_velocities
-from agents.root.spec import STANCE_BODIES
+from agents.root.spec import STANCE_BODIES, RootSpec
 from datasets.cleanup.ballistic_flight import com_acceleration
 from datasets.imu.root_features import RootFrames
 
@@ -23,17 +23,25 @@ def predict_recurrent_path(model: RootModel, frames: RootFrames) -> np.ndarray:
         frames: Frames of a clip, at least as many as a patch sees; ``root`` and ``com`` are not used.
     """
     count = len(frames.heading)
-    starts = np.arange(0, count - WINDOW_FRAMES + 1, PATCH_FRAMES)
-    windows = starts[:, None] + np.arange(WINDOW_FRAMES)
-    seen = frames.accelerations[windows] if model.spec.accelerations else None
-    features = patch_features(frames.joints[windows], frames.heading[starts], seen)
-    outputs = model.predict_outputs(torch.from_numpy(features)[None])[0].numpy()
+    outputs = model.predict_outputs(torch.from_numpy(clip_features(model.spec, frames))[None])[0].numpy()
     firsts = np.arange(0, count - 1, PATCH_FRAMES)
     outputs = outputs[np.minimum(np.arange(len(firsts)), len(outputs) - 1)]
     steps = patch_steps(outputs.astype(float), patch_motion(frames, firsts, model.spec.accelerations))
     moved = patch_displacements(steps, patch_velocities(steps))
     origins = np.concat([np.zeros((1, 3)), np.cumsum(moved[:-1, -1], axis=0)])
     return np.concat([np.zeros((1, 3)), (origins[:, None] + moved).reshape(-1, 3)])[:count]
+
+
+def clip_features(spec: RootSpec, frames: RootFrames) -> np.ndarray:
+    """Return the raw features of all patches of a clip, shape (P, F).
+
+    Args:
+        spec: Spec of a recurrent model.
+        frames: Frames of a clip.
+    """
+    starts = np.arange(0, len(frames.heading) - WINDOW_FRAMES + 1, PATCH_FRAMES)
+    windows = starts[:, None] + np.arange(WINDOW_FRAMES)
+    return patch_features(frames.joints[windows], frames.heading[starts], frames.accelerations[windows] if spec.accelerations else None)
 
 
 def patch_motion(frames: RootFrames, firsts: np.ndarray, accelerations: bool) -> PatchMotion:

@@ -20,5 +20,15 @@ class GruNetwork(nn.Module):
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
         """Return the outputs (B, P, outputs) for normalised features (B, P, F) of sequences from their beginning on."""
+        return self.step(x)[0]
+
+    def step(self, x: torch.Tensor, remembered: torch.Tensor | None = None) -> tuple[torch.Tensor, torch.Tensor]:
+        """Return the outputs of patches that follow on others, and what is remembered after them.
+
+        Args:
+            x: Normalised features, shape (B, P, F).
+            remembered: What is remembered of the patches before, shape (1, B, ``HIDDEN``); None at the beginning.
+        """
         hidden = functional.relu(self.second(functional.relu(self.first(x))))
-        return self.head(self.gru(hidden)[0])
+        found, remembered = self.gru(hidden, remembered)
+        return self.head(found), remembered
