@@ -93,6 +93,7 @@ class RecurrentRootLearner:
         """
         for group in self.optimiser.param_groups:
             group["lr"] = self.learning_rate(progress)
+        torch.manual_seed(int(torch.randint(2**62, (1,), generator=self.random)))  # of dropout, so that a resumed run drops the same
         sequences = _mirrored(self._sample(self.config.batch // self.config.sequence))
         features = self._hide(self._features(sequences))
         loss = path_loss(predict_displacements(self.model.train(), features, sequences) - sequences.moved)

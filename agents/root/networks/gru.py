@@ -5,6 +5,7 @@ from torch import nn
 from torch.nn import functional
 
 HIDDEN = 128  # units of every layer
+DROPOUT = 0.2  # share of a layer's units that a training leaves out: three dozen performers are soon known by heart
 
 
 class GruNetwork(nn.Module):
@@ -17,6 +18,7 @@ class GruNetwork(nn.Module):
         self.second = nn.Linear(HIDDEN, HIDDEN)
         self.gru = nn.GRU(HIDDEN, HIDDEN, batch_first=True)
         self.head = nn.Linear(HIDDEN, outputs)
+        self.dropout = nn.Dropout(DROPOUT)
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
         """Return the outputs (B, P, outputs) for normalised features (B, P, F) of sequences from their beginning on."""
@@ -29,6 +31,7 @@ class GruNetwork(nn.Module):
             x: Normalised features, shape (B, P, F).
             remembered: What is remembered of the patches before, shape (1, B, ``HIDDEN``); None at the beginning.
         """
-        hidden = functional.relu(self.second(functional.relu(self.first(x))))
+        hidden = self.dropout(functional.relu(self.first(x)))
+        hidden = self.dropout(functional.relu(self.second(hidden)))
         found, remembered = self.gru(hidden, remembered)
-        return self.head(found), remembered
+        return self.head(self.dropout(found)), remembered
