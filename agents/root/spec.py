@@ -9,6 +9,7 @@ from agents.root.networks.planar_unet import PlanarUnet
 from agents.root.networks.root3d_unet import Root3dUnet
 from agents.root.recurrent import patches
 from configs.errors import InputError
+from datasets.cleanup.stance_root_filter import STANCE_ENTER_SPEED_M_S
 from datasets.imu.sensor_model import SENSOR_BODIES
 from datasets.motion.humanoid import BODY_COUNT, FOOT_AND_TOE_BODIES
 
@@ -16,6 +17,9 @@ NETWORKS = {"gru": GruNetwork, "root3d": Root3dUnet, "planar_unet": PlanarUnet, 
 STANCE_BODIES = tuple(
     body for foot in FOOT_AND_TOE_BODIES for body in foot
 )  # ankle and toe joint of each foot: points that may carry the body
+# m/s, of a foot under the path of the recurrent model, below which the stance filter holds it. That model knows a suit's steps to be too
+# short: a walk held as firmly as others are would have steps of the suit's length again.
+RECURRENT_ENTER_SPEED_M_S = 0.08
 PLANAR_FEATURES = 64  # 19 joints are 57 numbers, padded with zeros (thesis 2.4.3)
 
 
@@ -67,6 +71,11 @@ class RootSpec:
     def is_planar(self) -> bool:
         """Whether the network is one of the planar ones, which see joints alone."""
         return self.network.startswith("planar")
+
+    @property
+    def stance_enter_speed(self) -> float:
+        """Speed of a foot under the predicted path below which the stance filter holds it [m/s]."""
+        return RECURRENT_ENTER_SPEED_M_S if self.is_recurrent else STANCE_ENTER_SPEED_M_S
 
     @property
     def window(self) -> int:

@@ -15,7 +15,7 @@ from datasets.motion.skeleton import forward_kinematics
 # 17 cm/s, but a suit's legs are followed while they are wrong, and ``e_mse`` doubles. Without ``STILL_SPEED_M_S`` such legs make stairs
 # up to 15 % too high or too low.
 STANCE_ENTER_SPEED_M_S = 0.2  # m/s, of the point a foot stands on, below which it is held
-STANCE_EXIT_SPEED_M_S = 0.4  # m/s, above which it is released
+EXIT_SPEED_RATIO = 2.0  # of the speed above which it is released to that below which it is held
 STILL_SPEED_M_S = 0.1  # m/s, below which a held foot is taken to keep its height, at twice that not at all; scale of the feet's weights
 MAX_SLIP_M = 0.04  # m, that a held foot would have slipped without the filter, beyond which it is released
 SLIP_DECAY_S = 0.5  # s, time constant with which slips decay, so that a slowly drifting root never tears a standing foot off
@@ -73,20 +73,21 @@ class StanceRootFilter:
     Source: thesis 3.5.2, "sets foot velocities to zero when they fall under a small threshold".
     """
 
-    def __init__(self, fps: float, root: np.ndarray, soles: np.ndarray) -> None:
+    def __init__(self, fps: float, root: np.ndarray, soles: np.ndarray, enter_speed: float = STANCE_ENTER_SPEED_M_S) -> None:
         """Start from a first frame.
 
         Args:
             fps: Frame rate [1/s].
             root: Position of the root in the first frame [m], shape (3,).
             soles: Sole points of the first frame relative to the root, in the world's axes [m], shape (2, 3, 3).
+            enter_speed: Speed of a foot under the predicted root below which it is held [m/s].
         """
         self._dt = 1.0 / fps
         self._smooth, self._pull = 1.0 - exp(-self._dt / SPEED_SMOOTHING_S), 1.0 - exp(-self._dt / LEVEL_CORRECTION_S)
         self._forget, self._tighten = exp(-self._dt / SLIP_DECAY_S), self._dt / HOLD_RAMP_S
         self._start, self._stop, self._still = (
-            STANCE_ENTER_SPEED_M_S * self._dt,
-            STANCE_EXIT_SPEED_M_S * self._dt,
+            enter_speed * self._dt,
+            EXIT_SPEED_RATIO * enter_speed * self._dt,
             STILL_SPEED_M_S * self._dt,
         )
         self._root = float(root[0]), float(root[1]), float(root[2])
@@ -155,14 +156,15 @@ class StanceRootFilter:
         foot.slip = keep * x + mx, keep * y + my, keep * z + mz
 
 
-def apply_stance_root_filter(motion: BodyMotion) -> BodyMotion:
+def apply_stance_root_filter(motion: BodyMotion, enter_speed: float = STANCE_ENTER_SPEED_M_S) -> BodyMotion:
     """Return a clip whose root has passed ``StanceRootFilter`` frame by frame; its first frame and its pose stay.
 
     Args:
         motion: Clip whose root a model predicted.
+        enter_speed: Speed of a foot under the predicted root below which it is held [m/s].
     """
     soles = relative_soles(motion.local_rotations)
-    figure = StanceRootFilter(motion.fps, motion.root_position[0], soles[0])
+    figure = StanceRootFilter(motion.fps, motion.root_position[0], soles[0], enter_speed)
     displacements, supports = np.diff(motion.root_position, axis=0).tolist(), _supports(soles).tolist()
     path = [figure._next_root_position(displacement, support) for displacement, support in zip(displacements, supports, strict=True)]
     return replace(motion, root_position=np.array([motion.root_position[0].tolist(), *path]))

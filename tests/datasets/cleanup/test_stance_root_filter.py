@@ -55,6 +55,14 @@ def test_a_figure_that_glides_goes_where_it_is_asked_to(speed: float) -> None:
     assert np.allclose(np.diff(path, axis=0)[3:], np.diff(glides.root_position, axis=0)[3:], atol=1e-12)
 
 
+@pytest.mark.parametrize(("speed", "held"), [(0.07, True), (0.1, False)])  # m/s, each slow enough for the usual 0.2 m/s
+def test_feet_of_a_root_that_is_trusted_more_are_held_at_lower_speeds_alone(speed: float, held: bool) -> None:
+    glides = asked(posed({}, frames=300), np.array([speed, 0.0, 0.0]))
+    way = np.ptp(apply_stance_root_filter(glides, enter_speed=0.08).root_position[:, 0])
+    assert (way < 0.3 * speed * 5.0) == held
+    assert np.ptp(apply_stance_root_filter(glides).root_position[:, 0]) < 0.3 * speed * 5.0
+
+
 def test_the_root_follows_the_legs_over_a_foot_that_stands() -> None:
     # Both thighs turn back at 0.05 rad/s under soles that stay level: the ankles are THIGH + SHIN = 0.83 m below the hips and move
     # back by 0.83 sin(0.05 t); so over standing feet the root moves forward by that, although it is asked to stay.
