@@ -69,7 +69,7 @@ def filter_path(spec: RootSpec, path: np.ndarray, clip: BodyMotion, measured_fra
     """
     if measured_frames is not None and spec.predicts_steps_ahead:
         path = apply_ballistic_root(path, measured_frames.centre, measured_frames.accelerations)
-    return apply_stance_root_filter(replace(clip, root_position=path), spec.stance_enter_speed).root_position
+    return apply_stance_root_filter(replace(clip, root_position=path), spec.slide_speed).root_position
 
 
 def initial_root_position(motion: BodyMotion) -> np.ndarray:

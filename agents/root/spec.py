@@ -1,6 +1,7 @@
 """Specification of a root model: network, inputs and targets."""
 
 from dataclasses import dataclass
+from math import inf
 
 from agents.root.networks import planar_unet, root3d_unet
 from agents.root.networks.gru import GruNetwork
@@ -9,7 +10,6 @@ from agents.root.networks.planar_unet import PlanarUnet
 from agents.root.networks.root3d_unet import Root3dUnet
 from agents.root.recurrent import patches
 from configs.errors import InputError
-from datasets.cleanup.stance_root_filter import STANCE_ENTER_SPEED_M_S
 from datasets.imu.sensor_model import SENSOR_BODIES
 from datasets.motion.humanoid import BODY_COUNT, FOOT_AND_TOE_BODIES
 
@@ -17,9 +17,9 @@ NETWORKS = {"gru": GruNetwork, "root3d": Root3dUnet, "planar_unet": PlanarUnet, 
 STANCE_BODIES = tuple(
     body for foot in FOOT_AND_TOE_BODIES for body in foot
 )  # ankle and toe joint of each foot: points that may carry the body
-# m/s, of a foot under the path of the recurrent model, below which the stance filter holds it. That model knows a suit's steps to be too
-# short: a walk held as firmly as others are would have steps of the suit's length again.
-RECURRENT_ENTER_SPEED_M_S = 0.08
+# m/s, up to which the stance filter keeps feet from sliding under the path of the recurrent model. That model knows a suit's steps to be
+# too short: a walk whose feet are kept still would have steps of the suit's length again.
+RECURRENT_SLIDE_SPEED_M_S = 0.08
 PLANAR_FEATURES = 64  # 19 joints are 57 numbers, padded with zeros (thesis 2.4.3)
 
 
@@ -73,9 +73,9 @@ class RootSpec:
         return self.network.startswith("planar")
 
     @property
-    def stance_enter_speed(self) -> float:
-        """Speed of a foot under the predicted path below which the stance filter holds it [m/s]."""
-        return RECURRENT_ENTER_SPEED_M_S if self.is_recurrent else STANCE_ENTER_SPEED_M_S
+    def slide_speed(self) -> float:
+        """Speed under the predicted path up to which the stance filter keeps feet from sliding [m/s]."""
+        return RECURRENT_SLIDE_SPEED_M_S if self.is_recurrent else inf
 
     @property
     def window(self) -> int:

@@ -96,7 +96,7 @@ class RootStream:
         self._steps = deque([np.zeros(3)])  # known steps into the frames whose positions are due; zero into the first
         self._heights: deque[float] = deque()  # known heights of these frames
         self._poses: deque[PosePoints] = deque()
-        self._filters = StreamFilters(self._spec.stance_enter_speed)
+        self._filters = StreamFilters(self._spec.slide_speed)
         self._point = self._first_centre = np.zeros(3)
         self._measured = self._spec.accelerations  # whether frames have accelerations
 

@@ -169,7 +169,7 @@ def _plainly(model: RootModel, task: RootTask) -> Callable[[], int]:
 
     @torch.inference_mode()
     def run() -> int:
-        filter_ = StanceRootFilter(ROOT_RATE_HZ, np.zeros(3), relative_soles(task.clip.local_rotations[0]), model.spec.stance_enter_speed)
+        filter_ = StanceRootFilter(ROOT_RATE_HZ, np.zeros(3), relative_soles(task.clip.local_rotations[0]), model.spec.slide_speed)
         remembered, velocity = None, np.zeros((1, 3))
         for first in range(0, task.frames - window + 1, PATCH_FRAMES):
             frames = root_frames(task.clip.cut(first, first + window), task.accelerations[first : first + window])
