@@ -25,6 +25,7 @@ from trainers.supervised.root_data import RootClips, RootData
 
 HORIZONS = (1, 5, 25)  # patches over which displacements are compared, beside the whole sequence
 MAX_GRADIENT_NORM = 1.0
+JOINT_OFFSET_M = 0.02  # m, standard deviation of the constant offsets of joints, drawn anew for each sequence
 MIN_DISTANCE_M = 1e-3  # m, under which the distance of the loss is smooth
 NUM_NORMALISATION_SEQUENCES = 400
 NUM_SCORED_SEQUENCES = 240  # of the held-out performer, at most
@@ -95,7 +96,7 @@ class RecurrentRootLearner:
             group["lr"] = self.learning_rate(progress)
         torch.manual_seed(int(torch.randint(2**62, (1,), generator=self.random)))  # of dropout, so that a resumed run drops the same
         sequences = _mirrored(self._sample(self.config.batch // self.config.sequence))
-        features = self._hide(self._features(sequences))
+        features = self._hide(self._shift(self._features(sequences)))
         loss = path_loss(predict_displacements(self.model.train(), features, sequences) - sequences.moved)
         self.optimiser.zero_grad()
         loss.backward()
@@ -135,6 +136,14 @@ class RecurrentRootLearner:
         felt = None if sequences.accelerations is None else sequences.accelerations.flatten(0, 1)
         features = patch_features(sequences.joints.flatten(0, 1), sequences.heading.flatten(), felt)
         return features.view(*sequences.heading.shape, -1)
+
+    def _shift(self, features: torch.Tensor) -> torch.Tensor:
+        """Return features (B, P, F) in which each sequence has its joints elsewhere, but moving as they did.
+
+        Skeletons disagree about where in a body a joint lies; velocities do not.
+        """
+        offsets = torch.randn(len(features), 1, 3 * BODY_COUNT, generator=self.random) * JOINT_OFFSET_M
+        return torch.cat([features[..., : 3 * BODY_COUNT] + offsets, features[..., 3 * BODY_COUNT :]], -1)
 
     def _hide(self, features: torch.Tensor) -> torch.Tensor:
         """Return features (B, P, F) in which each sequence hides a share of the joints and sensors of trunk, head and arms.

@@ -2,18 +2,28 @@
 
 P patches of K = 4 frames, in the world's axes. While feet carry the body, the pelvis moves opposite to the points that the network takes
 to stand, corrected by a velocity that it adds: a suit's legs make steps too short or too long, and feet slide. While nothing carries it,
-the centre of mass keeps its velocity and is accelerated. It is a Kalman filter of the velocity whose gains the network predicts.
+the centre of mass keeps its velocity and is accelerated. Who feels his weight although no foot carries it hangs or sits: then the
+vertical velocity fades, for biases of the accelerations would add up. It is a Kalman filter of the velocity whose gains the network
+predicts.
 """
 
+from math import exp
 from typing import NamedTuple
 
 from agents.root.recurrent.patches import PATCH_FRAMES, PATCH_S
 from agents.root.recurrent.stance_weights import stance_weights
+from datasets.cleanup.ballistic_flight import AIRBORNE_WEIGHT_RATIO, GROUNDED_WEIGHT_RATIO
 from datasets.imu.root_features import ROOT_RATE_HZ, to_heading_frame
+from datasets.imu.sensor_model import GRAVITY_VECTOR_M_S2
+from datasets.motion.humanoid import GRAVITY_M_S2
 from datasets.motion.rotation import Array, Constant, array_namespace
 
 _PARTS = (slice(0, 4), slice(4, 7), slice(7, 10), slice(10, 12))  # of ``OUTPUT_COUNT``, as ``patch_steps`` lists them
 _SECONDS = Constant([[(frame + 1) / ROOT_RATE_HZ] for frame in range(PATCH_FRAMES)])  # s, since a patch's first frame, shape (K, 1)
+_GRAVITY = Constant(GRAVITY_VECTOR_M_S2)
+_UP = Constant([0.0, 0.0, 1.0])
+HANGING_TIME_CONSTANT_S = 0.5  # s, with which the vertical velocity fades of somebody who hangs
+HANGING_DECAY = 1.0 - exp(-PATCH_S / HANGING_TIME_CONSTANT_S)
 _USUAL_LOGIT = 2.0  # of support and gain: people mostly stand
 
 
@@ -39,7 +49,7 @@ class PatchSteps(NamedTuple):
     Attributes:
         known: Displacement since the patch's first frame without the part of that velocity [m], shape (P, K, 3).
         seconds: Time by which it is multiplied to give the rest [s], shape (P, K, 1).
-        keep: Share of it that is left at the end of the patch, shape (P, 1).
+        keep: Share of each component that is left at the end of the patch, shape (P, 3).
         gained: What the velocity gains during the patch [m/s], shape (P, 3).
         by_feet: Velocity of the centre of mass at the patch's beginning by the feet alone [m/s], shape (P, 3).
     """
@@ -71,12 +81,14 @@ def patch_steps(outputs: Array, motion: PatchMotion) -> PatchSteps:
     flown = 0.5 * acceleration[:, None] * seconds**2 - swung
     held = support[:, None]
     mean_velocity = (stood[:, -1] + swung[:, -1]) / PATCH_S
-    share = support * gain
+    felt = ((acceleration - _GRAVITY.like(acceleration)) ** 2).sum(-1)[:, None] ** 0.5 / GRAVITY_M_S2
+    hangs = (1.0 - support) * xp.clip((felt - AIRBORNE_WEIGHT_RATIO) / (GROUNDED_WEIGHT_RATIO - AIRBORNE_WEIGHT_RATIO), 0.0, 1.0)
+    share, kept = support * gain, 1.0 - HANGING_DECAY * hangs * _UP.like(hangs)
     return PatchSteps(
         held * stood + (1.0 - held) * flown,
         (1.0 - held) * seconds,
-        1.0 - share,
-        (1.0 - share) * acceleration * PATCH_S + share * (mean_velocity + 0.5 * acceleration * PATCH_S),
+        (1.0 - share) * kept,
+        (1.0 - share) * kept * acceleration * PATCH_S + share * (mean_velocity + 0.5 * acceleration * PATCH_S),
         mean_velocity - 0.5 * acceleration * PATCH_S,
     )
 
