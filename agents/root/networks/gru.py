@@ -33,5 +33,5 @@ class GruNetwork(nn.Module):
         """
         hidden = self.dropout(functional.relu(self.first(x)))
         hidden = self.dropout(functional.relu(self.second(hidden)))
-        found, remembered = self.gru(hidden, remembered)
-        return self.head(self.dropout(found)), remembered
+        found, after = self.gru(hidden, remembered)
+        return self.head(self.dropout(found)), after
