@@ -19,7 +19,15 @@ from eval.study.root.scores import Paths, Scores, score, trajectory_errors
 from eval.study.root.variants import MOTIONLESS, OWN_ROOT, WALK_CONTACTS, WALK_OWN_ROOT
 from eval.study.suit.vicon_walk import RealWalk, align_heading, track_root_by_contacts
 
-FILTERED_MEASURES = ("e_mse", "drift", "distance_ratio", "stairs_error")  # measured after the filters as well
+FILTERED_MEASURES = (
+    "e_mse",
+    "e_mse_median",
+    "e_mse_walks",
+    "drift",
+    "distance_ratio",
+    "stairs_error",
+    "stairs_ratio",
+)  # measured after the filters as well
 
 
 class ModelEvaluation(NamedTuple):

@@ -24,10 +24,14 @@ _SETS = {
     "e_mse_without_slowed": Measure(
         "m²", "without cmu_05_01_mh165, which plays 4.8 times too slowly where a copy of the file says 25 fps instead of 120"
     ),
+    "e_mse_walks": Measure("m²", "of walks"),
+    "e_mse_walks_filtered": Measure("m²", "of walks, after the filters of flights and feet"),
+    "e_mse_median_filtered": Measure("m²", "its median over windows, after the filters of flights and feet"),
     "e_mse_gaits": Measure("m²", "of walks and runs"),
     "e_mse_dances": Measure("m²", "of dances"),
     "e_mse_on_imu_poses": Measure("m²", "of a model of optical poses on those of simulated suits"),
     "stairs_ratio": Measure("ratio", "height gained or lost on stairs over the true one"),
+    "stairs_ratio_filtered": Measure("ratio", "after the filters of flights and feet"),
     "distance_ratio_filtered": Measure("ratio", "after the filters of flights and feet"),
     "stairs_error_filtered": Measure("cm", "after the filters of flights and feet"),
 }

@@ -73,6 +73,7 @@ def _trajectories(both: TakePaths) -> Scores:
         "cmu": lambda take: take.truth.name.startswith("cmu"),
         "bandai": lambda take: take.truth.name.startswith("bnr"),
         "without_slowed": lambda take: take.truth.name != MISTIMED_CLIP,
+        "walks": lambda take: take.truth.kind == "walk",
         "gaits": lambda take: take.truth.kind in GAITS,
         "dances": lambda take: take.truth.kind in DANCES,
     }
