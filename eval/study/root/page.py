@@ -24,6 +24,10 @@ _SETS = {
     "e_mse_without_slowed": Measure(
         "m²", "without cmu_05_01_mh165, which plays 4.8 times too slowly where a copy of the file says 25 fps instead of 120"
     ),
+    "e_mse_turned": Measure("m²", "each window's path turned as a whole onto the truth: without errors of heading"),
+    "e_mse_stretched": Measure("m²", "the same, stretched as well: without errors of the steps' length"),
+    "e_mse_turned_filtered": Measure("m²", "e_mse_turned after the filters of flights and feet"),
+    "e_mse_stretched_filtered": Measure("m²", "e_mse_stretched after the filters of flights and feet"),
     "e_mse_walks": Measure("m²", "of walks"),
     "e_mse_walks_filtered": Measure("m²", "of walks, after the filters of flights and feet"),
     "e_mse_median_filtered": Measure("m²", "its median over windows, after the filters of flights and feet"),
