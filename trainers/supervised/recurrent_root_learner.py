@@ -12,16 +12,15 @@ from agents.root.model import RootModel
 from agents.root.recurrent.patches import PATCH_FRAMES, PATCH_S, WINDOW_FRAMES, patch_features
 from agents.root.recurrent.velocity_filter import PatchMotion, patch_displacements, patch_steps, patch_velocities
 from agents.root.spec import STANCE_BODIES
-from configs.errors import InputError
 from datasets.cleanup.ballistic_flight import com_acceleration
-from datasets.imu.root_features import LOWER_BODIES, ROOT_RATE_HZ
+from datasets.imu.root_features import LOWER_BODIES
 from datasets.imu.sensor_model import SENSOR_BODIES
 from datasets.motion.humanoid import BODY_COUNT
 from trainers.algorithms.learner_state import get_state, set_state
 from trainers.algorithms.schedules import linear_schedule
 from trainers.supervised.clip_selection import evenly_spaced
 from trainers.supervised.root_config import RootConfig
-from trainers.supervised.root_data import RootClips, RootData
+from trainers.supervised.root_data import RootClips, RootData, require_windows
 
 HORIZONS = (1, 5, 25)  # patches over which displacements are compared, beside the whole sequence
 MAX_GRADIENT_NORM = 1.0
@@ -64,12 +63,8 @@ class RecurrentRootLearner:
         frames = PATCH_FRAMES * (self.config.sequence - 1) + WINDOW_FRAMES
         self._training, self._starts = data.training, data.training.window_starts(frames)
         self._holdout, self._scored = data.holdout, evenly_spaced(data.holdout.window_starts(frames), NUM_SCORED_SEQUENCES)
-        for name, sequences in (("training", self._starts), ("held-out", self._scored)):
-            if not len(sequences):
-                raise InputError(
-                    f"no {name} clip is as long as {frames + 1} frames at {ROOT_RATE_HZ:g} Hz; "
-                    "take longer clips, a smaller learner.sequence, or another data.holdout"
-                )
+        require_windows("training", self._starts, frames)
+        require_windows("held-out", self._scored, frames)
         bodies = torch.tensor(config.model.bodies)
         is_sensor = torch.arange(len(bodies)) >= len(bodies) - len(SENSOR_BODIES) * 2 * config.model.accelerations
         self._column = bodies + BODY_COUNT * is_sensor  # which draw hides each vector: joints and sensors are hidden apart

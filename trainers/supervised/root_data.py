@@ -48,6 +48,15 @@ class RootClips:
 RootData = HoldoutSplit[RootClips]
 
 
+def require_windows(name: str, starts: torch.Tensor, frames: int) -> None:
+    """Raise InputError, naming the clips by ``name``, if no window of ``frames`` frames, and the one after it, starts anywhere (B,)."""
+    if not len(starts):
+        raise InputError(
+            f"no {name} clip is as long as {frames + 1} frames at {ROOT_RATE_HZ:g} Hz; "
+            "take longer clips, a smaller learner.sequence, or another data.holdout"
+        )
+
+
 def prepare_root_data(config: RootDataConfig, cache: Path, log: Callable[[str], None]) -> RootData:
     """Return the clips of a run, from the cache where the same were prepared before.
 

@@ -3,7 +3,6 @@
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 import torch
 
@@ -11,9 +10,9 @@ from agents.root.model import RootModel
 from agents.root.spec import RootSpec
 from configs.errors import InputError
 from datasets.imu.sensor_model import SENSOR_BODIES
-from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES
 from tests.trainers.run_comparison import final_state, same, stop_after
+from tests.trainers.supervised.gliding_clip import gliding
 from trainers.supervised import cli as supervised
 from trainers.supervised.recurrent_root_learner import MIN_DISTANCE_M, Sequences, _mirrored, path_loss
 from trainers.supervised.root_config import RootConfig, RootDataConfig, RootLearnerConfig
@@ -48,15 +47,6 @@ def test_the_first_half_is_mirrored() -> None:
     assert mirrored.heading.flatten().tolist() == pytest.approx([-0.3, 0.3])
     for name in Sequences._fields:
         assert torch.equal(getattr(mirrored, name)[1], getattr(sequences, name)[1])
-
-
-def gliding(name: str, performer: str, speed: float, frames: int = 300) -> BodyMotion:
-    """Return a stiff figure that glides ahead and back at up to ``speed`` [m/s], like on skates: only the sensors feel it."""
-    time = np.arange(frames) / 100.0
-    root = np.stack([speed * np.sin(time), np.zeros(frames), np.full(frames, 0.94)], axis=1)
-    rotations = np.zeros((frames, BODY_COUNT, 4))
-    rotations[..., 0] = 1.0
-    return BodyMotion(root, rotations, 100.0, name, performer, "optical", "stand")
 
 
 @pytest.fixture
