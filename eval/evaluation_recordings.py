@@ -36,6 +36,7 @@ WALK_SENSORS = {  # of the walk, by our body: end of the sensor file's name, Vic
 
 TEST_FOLDERS = ("cmu/test", "noncommercial/bandai/test")
 OPTICAL_POSES, IMU_POSES = "optical", "imu"
+RESTORED_POSES = "restored"  # a suit's, after the restoring stage of cleaning
 
 
 def check_recordings(data: Path, names: Iterable[str]) -> None:

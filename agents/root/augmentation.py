@@ -13,6 +13,11 @@ def _twin(body: int) -> int:
     return BODY_NAMES.index(f"{base}_{'r' if side == 'l' else 'l'}") if side in ("l", "r") else body
 
 
+def mirror_bodies(bodies: tuple[int, ...]) -> torch.Tensor:
+    """Return for each of ``bodies`` the position among them of the same body of the other side, or its own."""
+    return torch.tensor([bodies.index(_twin(body)) for body in bodies])
+
+
 class RootAugmentation:
     """Augments windows of one kind of model at random."""
 
@@ -27,9 +32,8 @@ class RootAugmentation:
         """
         bodies = list(spec.bodies)
         joints = bodies.index(BODY_COUNT - 1) + 1
-        blocks = [range(joints), range(joints, len(bodies))]  # joints and sensors
-        twins = [bodies.index(_twin(bodies[at]), block.start) for block in blocks for at in block]
-        self._mirrored_index = torch.tensor(twins)
+        sensors = joints + mirror_bodies(tuple(bodies[joints:])) if len(bodies) > joints else torch.zeros(0, dtype=torch.long)
+        self._mirrored_index = torch.cat([mirror_bodies(tuple(bodies[:joints])), sensors])
         self._reflection = torch.tensor([1.0, -1.0, 1.0])  # reflection in the plane of forward and up
         self._is_maskable = torch.tensor([body not in LOWER_BODIES for body in bodies])
         self._mask_share = mask_share

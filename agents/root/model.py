@@ -64,9 +64,13 @@ class RootModel(nn.Module):
         """Return features (B, W, F) with zero mean and unit variance."""
         return (features - self.feature_mean) / self.feature_std
 
+    def predict_outputs(self, features: torch.Tensor) -> torch.Tensor:
+        """Return the network's outputs for raw features (B, P, F), with gradients, shape (B, P, outputs)."""
+        return self.network(self.normalise(features))
+
     def predict_paths(self, features: torch.Tensor) -> torch.Tensor:
         """Return the paths predicted from raw features (B, W, F), with gradients [m], shape (B, W, 3)."""
-        return decode_paths(self.spec, features, self.network(self.normalise(features)), self.target_mean, self.target_std)
+        return decode_paths(self.spec, features, self.predict_outputs(features), self.target_mean, self.target_std)
 
     @torch.inference_mode()
     def forward(self, features: torch.Tensor) -> torch.Tensor:

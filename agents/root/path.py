@@ -10,6 +10,7 @@ import numpy as np
 import torch
 
 from agents.root.model import RootModel
+from agents.root.recurrent_path import predict_recurrent_path
 from agents.root.spec import RootSpec
 from agents.root.windows import window_features
 from configs.errors import InputError
@@ -26,7 +27,7 @@ def predict_root_path(model: RootModel, frames: RootFrames, start: np.ndarray, o
         model: Trained root model.
         frames: Frames of the clip, NumPy; ``root`` and ``com`` are not used.
         start: Start of the path [m], shape (3,); its height is not used if the model predicts heights.
-        order: Order w of F_w, from 0 to 7; has no effect on planar models.
+        order: Order w of F_w, from 0 to 7; has an effect on the network "root3d" alone.
 
     Raises:
         InputError: If the clip is shorter than a window, or the order is out of range.
@@ -35,6 +36,8 @@ def predict_root_path(model: RootModel, frames: RootFrames, start: np.ndarray, o
         raise InputError(f"order is {order}, should be from 0 to {FULL_ORDER}")
     spec = model.spec
     check_length(spec, len(frames.heading))
+    if spec.is_recurrent:
+        return start + predict_recurrent_path(model, frames)
     paths = predict_windows(model, frames)
     steps, heights = average_windows(spec, paths, frames.heading, order)
     path = start + np.concat([np.zeros((1, 3)), np.cumsum(steps, axis=0)])

@@ -7,6 +7,7 @@ from scipy.interpolate import CubicSpline
 
 from agents.root.model import RootModel
 from agents.root.path import FULL_ORDER, predict_root_path
+from agents.root.spec import RootSpec
 from configs.errors import InputError
 from datasets.cleanup.ballistic_flight import apply_ballistic_root
 from datasets.cleanup.ground_levelling import level_to_ground
@@ -37,7 +38,8 @@ def reconstruct_root(
             are none, those of the pose about the pelvis are taken.
         order: Order w of F_w (thesis eq. 3.12).
         filtered: Whether the path is filtered: in the air the centre of mass flies ballistically (``apply_ballistic_root``, which needs
-            measured accelerations), and feet in stance are held (``apply_stance_root_filter``, thesis 3.5.2).
+            measured accelerations; recurrent models fly by themselves), and feet in stance are held (``apply_stance_root_filter``, thesis
+            3.5.2).
         level: Whether the ground is known to be level: then height drift is corrected wherever feet stand (``level_to_ground``).
 
     Raises:
@@ -51,23 +53,23 @@ def reconstruct_root(
     except InputError as error:
         raise error if motion.name in str(error) else InputError(f"{motion.name}: {error}") from None
     if filtered:
-        path = filter_path(path, clip, frames if accelerations is not None and model.spec.predicts_steps_ahead else None)
+        path = filter_path(model.spec, path, clip, None if accelerations is None else frames)
     found = replace(motion, root_position=_at_frames(path, motion))
     return level_to_ground(found) if level else found
 
 
-def filter_path(path: np.ndarray, clip: BodyMotion, measured_frames: RootFrames | None) -> np.ndarray:
-    """Return a path filtered by ballistic flight and stance [m], shape (N, 3).
+def filter_path(spec: RootSpec, path: np.ndarray, clip: BodyMotion, measured_frames: RootFrames | None) -> np.ndarray:
+    """Return a path filtered by stance, and by ballistic flight where the model's steps know of none [m], shape (N, 3).
 
     Args:
+        spec: Spec of the model. The recurrent one flies by itself, and planar ones know heights.
         path: Path that a model predicts [m], shape (N, 3).
         clip: Clip of the path, at 100 Hz.
-        measured_frames: Frames of the clip with measured accelerations; None without them, or where heights are known: then there is
-            no flight.
+        measured_frames: Frames of the clip with measured accelerations; None without them: then there is no flight.
     """
-    if measured_frames is not None:
+    if measured_frames is not None and spec.predicts_steps_ahead:
         path = apply_ballistic_root(path, measured_frames.centre, measured_frames.accelerations)
-    return apply_stance_root_filter(replace(clip, root_position=path)).root_position
+    return apply_stance_root_filter(replace(clip, root_position=path), spec.slide_speed).root_position
 
 
 def initial_root_position(motion: BodyMotion) -> np.ndarray:

@@ -4,13 +4,9 @@ Root3D may predict, beside a path, weights of four points that may carry the bod
 network that has seen few people guesses a speed that it has seen; the feet show it. B windows, W frames; NumPy or torch.
 """
 
+from agents.root.recurrent.stance_weights import stance_weights
 from agents.root.spec import STANCE_BODIES, RootSpec
-from datasets.motion.humanoid import ANKLE_HEIGHT, TOE_HEIGHT
-from datasets.motion.rotation import Array, Constant, array_namespace
-
-HEIGHT_SOFTMAX_SCALE_M = 0.015  # m: a point that is higher than another by this has a prior weight e times smaller
-_HEIGHTS = Constant([ANKLE_HEIGHT, TOE_HEIGHT] * 2)  # m, heights of ankles and toe joints above the ground under a flat foot
-_MAX_LOGIT = 40.0  # whose exponential is finite in single precision
+from datasets.motion.rotation import Array, array_namespace
 
 
 def stance_paths(spec: RootSpec, features: Array, logits: Array) -> Array:
@@ -23,10 +19,7 @@ def stance_paths(spec: RootSpec, features: Array, logits: Array) -> Array:
     """
     xp = array_namespace(features)
     points = features.reshape(*features.shape[:2], -1, 3)[:, :, [spec.bodies.index(body) for body in STANCE_BODIES]]
-    heights = (points[..., 2] - _HEIGHTS.like(features)).mean(1)
-    lowest = xp.amin(heights, -1)[:, None]
-    weights = xp.exp(xp.clip(logits - ((heights - lowest) / HEIGHT_SOFTMAX_SCALE_M)[:, None], -_MAX_LOGIT, _MAX_LOGIT))
-    weights = weights / weights.sum(-1)[..., None]
+    weights = stance_weights(points, logits)
     after = 2.0 * points[:, -1:] - points[:, -2:-1]  # the last target lies one frame beyond the window
     moved = xp.concat([points[:, 1:], after], 1) - points[:, :1]
     return -(weights[..., None] * moved).sum(2)

@@ -5,9 +5,10 @@ from collections import deque
 import numpy as np
 
 from agents.root.model import RootModel
-from agents.root.numpy_inference import make_window_predictor
+from agents.root.numpy_inference import Predictor, make_window_predictor
 from agents.root.path import FULL_ORDER, check_length
 from agents.root.reconstruct import initial_root_position
+from agents.root.recurrent_stream import RecurrentRootSteps, StreamFrame
 from agents.root.stream_filters import StreamFilters
 from agents.root.streaming_path import StepsAndHeights, StreamingFirstSteps, StreamingMeanSteps
 from configs.errors import InputError
@@ -37,7 +38,8 @@ class RootStream:
             order: Order w of F_w (thesis eq. 3.12); has no effect on planar models.
             filtered: Whether the path is filtered as in ``reconstruct_root``.
         """
-        self._spec, self._predict = model.spec, make_window_predictor(model)
+        self._model, self._spec = model, model.spec
+        self._predict = None if model.spec.is_recurrent else make_window_predictor(model)
         self._order, self._filtered = order, filtered
         self._reset()
 
@@ -66,8 +68,8 @@ class RootStream:
             self._begin(pose, rotations, measured is not None)
         self._count += 1
         self._push_frame(pose, rotations, measured)
-        if self._count >= self._spec.window:
-            self._predict_window()
+        if self._predict is not None and self._count >= self._spec.window:
+            self._predict_window(self._predict)
         return self._next_position() if self._count > self.delay else None
 
     def finish(self) -> np.ndarray:
@@ -77,7 +79,7 @@ class RootStream:
             InputError: If there were fewer frames than a window has; more may follow.
         """
         check_length(self._spec, self._count)
-        self._append(self._aggregator.rest())
+        self._append((self._recurrent.rest(), np.zeros(0)) if self._recurrent else self._aggregator.rest())
         self._filters.end_accelerations()
         rest = np.stack([self._next_position() for _ in range(self.delay)])
         self._reset()
@@ -90,10 +92,11 @@ class RootStream:
         self._vectors = np.zeros((window, len(self._spec.bodies), 3), dtype=np.float32)  # joints and accelerations of the window
         self._headings = np.zeros(window, dtype=np.float32)
         self._aggregator = StreamingFirstSteps(self._order) if self._spec.predicts_steps_ahead else StreamingMeanSteps(self._spec)
+        self._recurrent = RecurrentRootSteps(self._model) if self._spec.is_recurrent else None
         self._steps = deque([np.zeros(3)])  # known steps into the frames whose positions are due; zero into the first
         self._heights: deque[float] = deque()  # known heights of these frames
         self._poses: deque[PosePoints] = deque()
-        self._filters = StreamFilters()
+        self._filters = StreamFilters(self._spec.slide_speed)
         self._point = self._first_centre = np.zeros(3)
         self._measured = self._spec.accelerations  # whether frames have accelerations
 
@@ -113,7 +116,14 @@ class RootStream:
             raise InputError(f"{frame}: accelerations are {'there' if measured else 'missing'}, should come with every frame or with none")
 
     def _push_frame(self, pose: PosePoints, rotations: np.ndarray, measured: np.ndarray | None) -> None:
-        """Shift the window by a frame."""
+        """Shift the window by a frame, or let a recurrent model see it."""
+        self._poses.append(pose)
+        facing = heading(rotations[0]).astype(np.float32)
+        if self._recurrent:
+            felt = np.zeros((len(SENSOR_BODIES), 3)) if measured is None else measured
+            frame = StreamFrame(pose.joints.astype(np.float32), felt.astype(np.float32), facing, pose.centre)
+            self._append((self._recurrent.push(frame), np.zeros(0)))
+            return
         vectors = pose.joints if self._spec.predicts_steps_ahead else pose.joints[1:]
         if measured is not None:
             if self._spec.accelerations:
@@ -121,16 +131,15 @@ class RootStream:
             if self._spec.predicts_steps_ahead:
                 self._filters.push_accelerations(measured)
         self._vectors = np.concat([self._vectors[1:], vectors[None]], dtype=np.float32)
-        self._headings = np.append(self._headings[1:], heading(rotations[0]).astype(np.float32))
-        self._poses.append(pose)
+        self._headings = np.append(self._headings[1:], facing)
 
-    def _predict_window(self) -> None:
+    def _predict_window(self, predict: Predictor) -> None:
         """Predict the path of the window that the last frame completes."""
         axes = to_heading_frame(np.eye(3)[None], self._headings[:1])[0]  # rows: world axes as seen from the window's first frame
         turned = (self._vectors.reshape(-1, 3) @ axes.astype(np.float32)).reshape(self._spec.window, -1)
         features = np.zeros((self._spec.window, self._spec.features), dtype=np.float32)
         features[:, : turned.shape[1]] = turned
-        self._append(self._aggregator.add(self._predict(features) @ axes.T))
+        self._append(self._aggregator.add(predict(features) @ axes.T))
 
     def _append(self, known: StepsAndHeights) -> None:
         """Append known steps and heights to the queues."""

@@ -14,8 +14,13 @@ from datasets.motion.pose_points import PosePoints
 class StreamFilters:
     """Applies both filters to the path of one figure, frame by frame."""
 
-    def __init__(self) -> None:
-        """Prepare for the first frame."""
+    def __init__(self, slide_speed: float) -> None:
+        """Prepare for the first frame.
+
+        Args:
+            slide_speed: Speed under the predicted path up to which held feet are kept from sliding [m/s].
+        """
+        self._slide_speed = slide_speed
         self._accelerations: deque[np.ndarray] = deque()  # of the centre of mass, from half a window before the next step on
         self._ballistic_root = BallisticRoot()
         self._stance_filter: StanceRootFilter | None = None
@@ -41,7 +46,7 @@ class StreamFilters:
         step, com_step = position - self._position, pose.centre - self._centre
         self._position, self._centre = position, pose.centre
         if self._stance_filter is None:
-            self._stance_filter = StanceRootFilter(ROOT_RATE_HZ, position, pose.soles)
+            self._stance_filter = StanceRootFilter(ROOT_RATE_HZ, position, pose.soles, self._slide_speed)
             return position.copy()
         if self._accelerations:
             mean_acceleration = np.mean(list(islice(self._accelerations, ACCELERATION_WINDOW_SAMPLES)), axis=0)

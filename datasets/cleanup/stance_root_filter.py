@@ -1,7 +1,7 @@
 """Anti-skate filter of the root's path: standing feet keep still, else the root moves as a model predicts. Causal, without delay."""
 
 from dataclasses import dataclass, replace
-from math import exp, sqrt
+from math import exp, inf, sqrt
 
 import numpy as np
 
@@ -73,13 +73,15 @@ class StanceRootFilter:
     Source: thesis 3.5.2, "sets foot velocities to zero when they fall under a small threshold".
     """
 
-    def __init__(self, fps: float, root: np.ndarray, soles: np.ndarray) -> None:
+    def __init__(self, fps: float, root: np.ndarray, soles: np.ndarray, slide_speed: float = inf) -> None:
         """Start from a first frame.
 
         Args:
             fps: Frame rate [1/s].
             root: Position of the root in the first frame [m], shape (3,).
             soles: Sole points of the first frame relative to the root, in the world's axes [m], shape (2, 3, 3).
+            slide_speed: Speed under the predicted root up to which a held foot is kept from sliding over the ground [m/s]; at twice that it
+                slides as predicted, and only its height is held. For roots that are nearer to the truth than the pose's legs.
         """
         self._dt = 1.0 / fps
         self._smooth, self._pull = 1.0 - exp(-self._dt / SPEED_SMOOTHING_S), 1.0 - exp(-self._dt / LEVEL_CORRECTION_S)
@@ -89,6 +91,7 @@ class StanceRootFilter:
             STANCE_EXIT_SPEED_M_S * self._dt,
             STILL_SPEED_M_S * self._dt,
         )
+        self._slide = slide_speed * self._dt
         self._root = float(root[0]), float(root[1]), float(root[2])
         self._soles = np.array(soles, dtype=float)
         self._feet = (_Foot(), _Foot())
@@ -117,7 +120,8 @@ class StanceRootFilter:
         for foot, weight, (_, _, _, low) in zip(self._feet, weights, supports, strict=True):
             if foot.held and foot.level is not None:
                 share = grip * weight
-                x, y = x - share * foot.moved[0], y - share * foot.moved[1]
+                still = share * self._stillness(foot)
+                x, y = x - still * foot.moved[0], y - still * foot.moved[1]
                 kept = foot.moved[2] * min(1.0, max(0.0, 2.0 - foot.speed / self._still))
                 height = z + low - kept
                 if foot.known:
@@ -152,17 +156,23 @@ class StanceRootFilter:
         share, keep = self._smooth, self._forget
         vx, vy, vz = vx + share * (mx - vx), vy + share * (my - vy), vz + share * (mz - vz)
         foot.velocity, foot.speed = (vx, vy, vz), sqrt(vx * vx + vy * vy + vz * vz)
-        foot.slip = keep * x + mx, keep * y + my, keep * z + mz
+        still = self._stillness(foot)  # what slides as predicted slips from no hold
+        foot.slip = keep * x + still * mx, keep * y + still * my, keep * z + mz
+
+    def _stillness(self, foot: _Foot) -> float:
+        """Return how much of a held foot's sliding is taken out, 0 to 1."""
+        return min(1.0, max(0.0, 2.0 - foot.speed / self._slide))
 
 
-def apply_stance_root_filter(motion: BodyMotion) -> BodyMotion:
+def apply_stance_root_filter(motion: BodyMotion, slide_speed: float = inf) -> BodyMotion:
     """Return a clip whose root has passed ``StanceRootFilter`` frame by frame; its first frame and its pose stay.
 
     Args:
         motion: Clip whose root a model predicted.
+        slide_speed: As of ``StanceRootFilter`` [m/s].
     """
     soles = relative_soles(motion.local_rotations)
-    figure = StanceRootFilter(motion.fps, motion.root_position[0], soles[0])
+    figure = StanceRootFilter(motion.fps, motion.root_position[0], soles[0], slide_speed)
     displacements, supports = np.diff(motion.root_position, axis=0).tolist(), _supports(soles).tolist()
     path = [figure._next_root_position(displacement, support) for displacement, support in zip(displacements, supports, strict=True)]
     return replace(motion, root_position=np.array([motion.root_position[0].tolist(), *path]))

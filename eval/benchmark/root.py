@@ -12,10 +12,13 @@ import numpy as np
 import torch
 
 from agents.root.model import RootModel
-from agents.root.networks.root3d_unet import Root3dUnet
-from agents.root.numpy_inference import as_numpy_function
-from agents.root.path import FULL_ORDER, WINDOWS_PER_BATCH, check_length, weighted_step
+from agents.root.networks.gru import GruNetwork
+from agents.root.path import WINDOWS_PER_BATCH, check_length
 from agents.root.reconstruct import reconstruct_root
+from agents.root.recurrent.patches import PATCH_FRAMES
+from agents.root.recurrent.velocity_filter import patch_displacements, patch_steps
+from agents.root.recurrent_path import clip_features, patch_motion
+from agents.root.recurrent_stream import make_patch_predictor
 from agents.root.stream import RootStream
 from agents.root.windows import window_features
 from configs import load
@@ -72,7 +75,7 @@ def measure_root(task: RootTask, rounds: int, after_round: Callable[[], None] = 
         *_streams(root3d, planar, task),
         *_whole_clips("Root3D", root3d, task),
         *_whole_clips("planar", planar, task),
-        BenchmarkCase(PEERS[0], "a frame a call: root_frames of the last 8, PyTorch's module, the filter", _plainly(root3d, task)),
+        BenchmarkCase(PEERS[0], "a patch a call: root_frames of the last 8, PyTorch's module, the filters", _plainly(root3d, task)),
         BenchmarkCase(PEERS[1], "track_root: standing feet and the pelvis' acceleration, whole clip", _by_contacts(task)),
     ]
     with torch_threads(1):
@@ -87,13 +90,12 @@ def _untrained(name: str) -> RootModel:
 
 
 def _streams(root3d: RootModel, planar: RootModel, task: RootTask) -> list[BenchmarkCase]:
-    """Return the cases of both models frame by frame, and of their networks alone on as many windows."""
+    """Return the cases of both models frame by frame, and of their networks alone on as many patches or windows."""
     alone, planar_alone = "Root3D network, unrolled", "planar network, a window a call"
-    windows = _windows(root3d, task.clip, task.accelerations).numpy()[: task.frames]
     real_time = f"ours, a frame a call, all that reconstruct_root does; real time is {ROOT_RATE_HZ:g}"
     return [
         BenchmarkCase(OURS, real_time, _streaming(root3d, task), limit=alone),
-        BenchmarkCase(alone, "its matrices alone, a window a call", _one_by_one(root3d, windows)),
+        BenchmarkCase(alone, "its matrices alone, a patch of 4 frames a call", _one_by_one(root3d, task)),
         BenchmarkCase("planar stream", real_time, _streaming(planar, task), limit=planar_alone),
         BenchmarkCase(planar_alone, "PyTorch's module alone", _module_alone(planar, task, 1, task.frames)),
     ]
@@ -111,7 +113,7 @@ def _whole_clips(name: str, model: RootModel, task: RootTask) -> list[BenchmarkC
         BenchmarkCase(f"{name}, whole clip", f"ours, reconstruct_root; real time is {ROOT_RATE_HZ:g}", run, limit=limit),
         BenchmarkCase(
             limit,
-            f"PyTorch's module alone on all windows, {WINDOWS_PER_BATCH} at a time",
+            "PyTorch's module alone" + (f" on all windows, {WINDOWS_PER_BATCH} at a time" if model.spec.is_planar else " on all patches"),
             _module_alone(model, task, WINDOWS_PER_BATCH, len(task.clip)),
         ),
     ]
@@ -131,39 +133,53 @@ def _streaming(model: RootModel, task: RootTask) -> Callable[[], int]:
     return run
 
 
-def _one_by_one(model: RootModel, windows: np.ndarray) -> Callable[[], int]:
-    """Return a block that puts normalised windows (B, 8, F) through Root3D's network without PyTorch."""
-    assert isinstance(model.network, Root3dUnet)
-    network = as_numpy_function(model.network)
+def _one_by_one(model: RootModel, task: RootTask) -> Callable[[], int]:
+    """Return a block that puts the patches of the frames through Root3D's network without PyTorch."""
+    patches = clip_features(model.spec, root_frames(task.clip, task.accelerations))[: task.frames // PATCH_FRAMES]
+    predict = make_patch_predictor(model)
 
     def run() -> int:
-        for window in windows:
-            network(window)
-        return len(windows)
+        for patch in patches:
+            predict(patch)
+        return PATCH_FRAMES * len(patches)
 
     return run
 
 
 def _module_alone(model: RootModel, task: RootTask, batch: int, count: int) -> Callable[[], int]:
-    """Return a block that puts ``count`` windows of a clip through a network, ``batch`` at a time."""
-    batches = _windows(model, task.clip, task.accelerations)[:count].split(batch)
+    """Return a block that puts ``count`` frames of a clip through a network, ``batch`` windows at a time; Root3D's sees all at once."""
+    if model.spec.is_recurrent:
+        batches = (torch.from_numpy(clip_features(model.spec, root_frames(task.clip, task.accelerations)))[None],)
+    else:
+        batches = _windows(model, task.clip)[:count].split(batch)
 
     @torch.inference_mode()
     def run() -> int:
-        return sum(len(model.network(windows)) for windows in batches)
+        for windows in batches:
+            model.network(windows)
+        return count
 
     return run
 
 
 def _plainly(model: RootModel, task: RootTask) -> Callable[[], int]:
-    """Return a block that predicts Root3D's path frame by frame with the functions for whole clips."""
-    window = model.spec.window
+    """Return a block that predicts Root3D's path patch by patch with the functions for whole clips."""
+    network, window = model.network, model.spec.window
+    assert isinstance(network, GruNetwork)
 
+    @torch.inference_mode()
     def run() -> int:
-        filter_ = StanceRootFilter(ROOT_RATE_HZ, np.zeros(3), relative_soles(task.clip.local_rotations[0]))
-        for first in range(task.frames - window + 1):
-            path = model(_windows(model, task.clip.cut(first, first + window), task.accelerations[first : first + window]))[0]
-            filter_.step(weighted_step(path.numpy(), FULL_ORDER), relative_soles(task.clip.local_rotations[first + 1]))
+        filter_ = StanceRootFilter(ROOT_RATE_HZ, np.zeros(3), relative_soles(task.clip.local_rotations[0]), model.spec.slide_speed)
+        remembered, velocity = None, np.zeros((1, 3))
+        for first in range(0, task.frames - window + 1, PATCH_FRAMES):
+            frames = root_frames(task.clip.cut(first, first + window), task.accelerations[first : first + window])
+            seen = torch.from_numpy(clip_features(model.spec, frames))[None]
+            outputs, remembered = network.step(model.normalise(seen), remembered)
+            steps = patch_steps(outputs[0].numpy().astype(float), patch_motion(frames, np.zeros(1, dtype=int), accelerations=True))
+            moved = patch_displacements(steps, velocity)[0]
+            velocity = steps.keep * velocity + steps.gained
+            for frame, step in enumerate(np.diff(moved, axis=0, prepend=0.0), start=first + 1):
+                filter_.step(step, relative_soles(task.clip.local_rotations[frame]))
         return task.frames - window + 1
 
     return run
@@ -178,7 +194,7 @@ def _by_contacts(task: RootTask) -> Callable[[], int]:
     return run
 
 
-def _windows(model: RootModel, clip: BodyMotion, accelerations: np.ndarray) -> torch.Tensor:
-    """Return the features (B, W, F) of all windows of a clip."""
-    frames = RootFrames(*(torch.from_numpy(part) for part in root_frames(clip, accelerations)))
+def _windows(model: RootModel, clip: BodyMotion) -> torch.Tensor:
+    """Return the features (B, W, F) of all windows of a clip that a planar model sees."""
+    frames = RootFrames(*(torch.from_numpy(part) for part in root_frames(clip)))
     return window_features(model.spec, frames, torch.arange(len(clip) - model.spec.window + 1))

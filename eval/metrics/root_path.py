@@ -34,6 +34,22 @@ def e_mse(path: np.ndarray, truth: np.ndarray) -> float:
     return float(np.mean(error**2))
 
 
+def e_mse_turned(path: np.ndarray, truth: np.ndarray, stretched: bool = False) -> float:
+    """Return ``e_mse`` of a path that is turned about the vertical, as a whole, so that it is nearest to the truth [m^2].
+
+    What that takes away is an error of heading, and what stretching takes away one of the steps' length.
+
+    Args:
+        path: Estimated path.
+        truth: True path of the same length.
+        stretched: Whether the path is made longer or shorter in the plane as well.
+    """
+    mine, other = ((track[:, :2] - track[0, :2]) @ np.array([1.0, 1.0j]) for track in (path, truth))  # the plane as complex numbers
+    best = np.vdot(mine, other) / max(float(np.vdot(mine, mine).real), 1e-12)
+    moved = mine * (best if stretched else best / max(abs(best), 1e-12))
+    return e_mse(np.column_stack([moved.real, moved.imag, path[:, 2]]), truth)
+
+
 def stationary_path(truth: np.ndarray) -> np.ndarray:
     """Return the path of a motionless root, which stays where the truth begins, shape (N, 3)."""
     return np.broadcast_to(truth[0], truth.shape)

@@ -102,10 +102,12 @@ def _evaluate(learner: Learner, data: Data, config: Config, clock: RunClock, log
 
 def _card(data: Data, config: Config, clock: RunClock, score: dict[str, float]) -> dict[str, object]:
     clips = data.training.clips
-    source = "/".join(Path(config.data.motions).parts[-2:])  # not where on this machine
+    settings = asdict(config.data)
+    for name in {"motions", "rough_motions"} & set(settings):
+        settings[name] = "/".join(Path(settings[name]).parts[-2:])  # not where on this machine
     return {
         "model": asdict(config.model),
-        "data": {**asdict(config.data), "motions": source, "mapping": Path(config.data.mapping).name},
+        "data": {**settings, "mapping": Path(config.data.mapping).name},
         "learner": asdict(config.learner),
         "clips": sorted({clip_name(clip.name) for clip in clips}),
         "performers": sorted({clip.performer for clip in clips}),

@@ -8,6 +8,7 @@ from configs.load import read_value
 from trainers.supervised.lobstr_config import LobstrConfig
 from trainers.supervised.lobstr_data import LobstrData, prepare_lobstr_data
 from trainers.supervised.lobstr_learner import LobstrLearner
+from trainers.supervised.recurrent_root_learner import RecurrentRootLearner
 from trainers.supervised.restore_config import RestoreConfig
 from trainers.supervised.restore_data import RestoreData, prepare_restore_data
 from trainers.supervised.restore_learner import RestoreLearner
@@ -17,7 +18,7 @@ from trainers.supervised.root_learner import RootLearner
 
 Config = RootConfig | LobstrConfig | RestoreConfig
 Data = RootData | LobstrData | RestoreData
-Learner = RootLearner | LobstrLearner | RestoreLearner
+Learner = RootLearner | RecurrentRootLearner | LobstrLearner | RestoreLearner
 
 
 @dataclass(frozen=True)
@@ -41,8 +42,13 @@ class Job:
     fixed_learner_settings: tuple[str, ...] = ()
 
 
+def make_root_learner(config: RootConfig, data: RootData) -> RootLearner | RecurrentRootLearner:
+    """Return the learner for the network of a root model's config."""
+    return (RecurrentRootLearner if config.model.is_recurrent else RootLearner)(config, data)
+
+
 JOBS = {
-    "root": Job(RootConfig, prepare_root_data, RootLearner, "windows", fixed_learner_settings=("loss",)),
+    "root": Job(RootConfig, prepare_root_data, make_root_learner, "windows", fixed_learner_settings=("loss",)),
     "lower_body": Job(LobstrConfig, prepare_lobstr_data, LobstrLearner, "frames"),
     "restore": Job(RestoreConfig, prepare_restore_data, RestoreLearner, "windows", selected_by="restored_error_mm"),
 }

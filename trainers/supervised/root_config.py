@@ -18,6 +18,8 @@ class RootDataConfig(SourceConfig):
         rough_ground: Whether stairs are kept.
         pose_source: Source of the poses: "optical" as recorded, "imu" as a simulated suit has them, or "both"; accelerations are the
             suit's in any case.
+        restored_share: Share of the simulated suits' recordings whose poses the package's network restores, as cleaning does first of all.
+        rough_motions: Further motion source, of real stairs; none if empty.
         suit_takes: Number of simulated suit recordings of each clip.
         tempo: Largest factor by which all takes but the first are slower or quicker.
         suit_severity: Severity of the suits' faults: 0 none, 1 as in the literature.
@@ -28,6 +30,8 @@ class RootDataConfig(SourceConfig):
     kinds: tuple[str, ...] = ()
     rough_ground: bool = True
     pose_source: str = formerly("poses", "both")
+    restored_share: float = 0.0
+    rough_motions: str = ""
     suit_takes: int = formerly("takes", 4)
     tempo: float = 1.5
     suit_severity: float = 1.0
@@ -39,6 +43,7 @@ class RootDataConfig(SourceConfig):
         object.__setattr__(self, "kinds", tuple(self.kinds))
         object.__setattr__(self, "test_performers", tuple(self.test_performers))
         require(self.pose_source in ("optical", "imu", "both"), "data.pose_source", f"'{self.pose_source}'", "optical, imu or both")
+        require(0.0 <= self.restored_share <= 1.0, "data.restored_share", self.restored_share, "from 0 to 1")
         require(self.suit_takes >= 1, "data.suit_takes", self.suit_takes, "1 or more")
         require(self.tempo >= 1.0, "data.tempo", self.tempo, "1 or more")
         require(self.suit_severity >= 0.0, "data.suit_severity", self.suit_severity, "0 or more")
@@ -49,14 +54,14 @@ class RootLearnerConfig:
     """Settings of a root model's updates.
 
     Attributes:
-        loss: Loss of predictions in units of their standard deviation, "l1" or "mse".
+        loss: Loss of predictions in units of their standard deviation, "l1" or "mse"; the recurrent model has one of its own.
         batch: Number of windows in a batch.
         learning_rate: Adam's learning rate at the start.
         final_learning_rate: Adam's learning rate at the end; linear in between.
         weight_decay: Adam's weight decay.
         mask_share: Share of the joints and sensors that each window hides; legs and pelvis are never hidden.
-        sequence: Number of consecutive windows in a batch; of more than one the drift that they add up to is a loss as well, which
-            the thesis misses in its own (3.5.1).
+        sequence: Number of consecutive windows in a batch, of patches that a recurrent model sees one after the other; of more than one
+            the drift that they add up to is a loss as well, which the thesis misses in its own (3.5.1).
         threads: Number of torch threads.
     """
 
@@ -108,5 +113,5 @@ class RootConfig(RunConfig):
         sequence, batch = self.learner.sequence, self.learner.batch
         if sequence > 1:
             multiple = f"1, or such that learner.batch ({batch}) is a multiple of twice it"
-            should = multiple if self.model.predicts_steps_ahead else "1 for planar networks"
-            require(self.model.predicts_steps_ahead and batch % (2 * sequence) == 0, "learner.sequence", sequence, should)
+            should = "1 for planar networks" if self.model.is_planar else multiple
+            require(not self.model.is_planar and batch % (2 * sequence) == 0, "learner.sequence", sequence, should)

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
+from agents.weights.pretrained import restore_suit_poses
 from configs.errors import InputError
 from datasets.imu.root_features import ROOT_RATE_HZ, RootFrames, concatenate_frames, root_frames
 from datasets.imu.suit_simulation import simulate_suit
@@ -25,10 +26,10 @@ from trainers.supervised.tempo_takes import load_ground_truth_clips, perform_tak
 
 @dataclass(frozen=True)
 class RootClips:
-    """Clips one after the other.
+    """Some of the clips that are packed one after the other.
 
     Attributes:
-        frames: Frames of all clips, torch.
+        frames: Packed frames, torch; not all of them need be of these clips.
         clips: Name, performer and frames of each clip; its system is "imu_suit" where a simulated suit's poses are in the frames.
     """
 
@@ -40,15 +41,20 @@ class RootClips:
         return torch.cat([torch.arange(clip.start, clip.start + max(clip.frames - window, 0)) for clip in self.clips])
 
     def select(self, wanted: list[bool]) -> "RootClips":
-        """Return the clips that are wanted, one answer for each."""
-        kept = [clip for clip, keep in zip(self.clips, wanted, strict=True) if keep]
-        rows = torch.cat([torch.zeros(0, dtype=torch.long), *(torch.arange(clip.start, clip.start + clip.frames) for clip in kept)])
-        starts = np.cumsum([0, *(clip.frames for clip in kept)])
-        clips = tuple(replace(clip, start=int(start)) for clip, start in zip(kept, starts, strict=False))
-        return RootClips(RootFrames(*(part[rows] for part in self.frames)), clips)
+        """Return the clips that are wanted, one answer for each; the frames of the others stay, for an hour of motion is a gigabyte."""
+        return RootClips(self.frames, tuple(clip for clip, keep in zip(self.clips, wanted, strict=True) if keep))
 
 
 RootData = HoldoutSplit[RootClips]
+
+
+def require_windows(name: str, starts: torch.Tensor, frames: int) -> None:
+    """Raise InputError, naming the clips by ``name``, if no window of ``frames`` frames, and the one after it, starts anywhere (B,)."""
+    if not len(starts):
+        raise InputError(
+            f"no {name} clip is as long as {frames + 1} frames at {ROOT_RATE_HZ:g} Hz; "
+            "take longer clips, a smaller learner.sequence, or another data.holdout"
+        )
 
 
 def prepare_root_data(config: RootDataConfig, cache: Path, log: Callable[[str], None]) -> RootData:
@@ -62,14 +68,12 @@ def prepare_root_data(config: RootDataConfig, cache: Path, log: Callable[[str], 
     Raises:
         InputError: If the source is bad, holds nothing to train on, or the held-out performer is unknown.
     """
-    chosen_later = ("holdout", "kinds", "test_performers", "rough_ground", "pose_source")
+    chosen_later = ("holdout", "kinds", "rough_ground", "pose_source")
     clips, arrays, _ = prepare_cached(config, chosen_later, __name__, cache, lambda: _build_takes(config), log)
     packed = RootClips(RootFrames(**{name: torch.from_numpy(array) for name, array in arrays.items()}), clips)
     packed = packed.select([_is_wanted(clip, config) for clip in packed.clips])
     if not packed.clips:
-        raise InputError(
-            f"data.kinds={list(config.kinds)} and data.test_performers={list(config.test_performers)} leave no clip of {config.motions}"
-        )
+        raise InputError(f"data.kinds={list(config.kinds)} leaves no clip of {config.motions}")
     held_out = resolve_holdout(packed.clips, config.holdout)
     packed = packed.select([_is_of_pose_source(clip, config) for clip in packed.clips])
     minutes = sum(clip.frames for clip in packed.clips) / ROOT_RATE_HZ / 60.0
@@ -81,11 +85,7 @@ def prepare_root_data(config: RootDataConfig, cache: Path, log: Callable[[str], 
 
 
 def _is_wanted(clip: ClipInfo, config: RootDataConfig) -> bool:
-    return (
-        (not config.kinds or clip.kind in config.kinds)
-        and clip.performer not in config.test_performers
-        and (config.rough_ground or clip.kind not in ROUGH_GROUND_KINDS)
-    )
+    return (not config.kinds or clip.kind in config.kinds) and (config.rough_ground or clip.kind not in ROUGH_GROUND_KINDS)
 
 
 def _is_of_pose_source(clip: ClipInfo, config: RootDataConfig) -> bool:
@@ -94,7 +94,11 @@ def _is_of_pose_source(clip: ClipInfo, config: RootDataConfig) -> bool:
 
 def _build_takes(config: RootDataConfig) -> PreparedClips:
     """Return all takes of all clips, each with optical poses and with those of a simulated suit."""
-    clean = load_ground_truth_clips(config, ROOT_RATE_HZ)
+    sources = (config.motions, *((config.rough_motions,) if config.rough_motions else ()))
+    recorded = [clip for source in sources for clip in load_ground_truth_clips(replace(config, motions=source), ROOT_RATE_HZ)]
+    clean = [clip for clip in recorded if clip.performer not in config.test_performers]
+    if recorded and not clean:
+        raise InputError(f"data.test_performers={list(config.test_performers)} leaves no clip of {config.motions}")
     for synthetic_set in range(config.synthetic_sets):
         clean += [resample(clip, ROOT_RATE_HZ) for clip in synthetic_clips(config.seed + synthetic_set)]
     usable = [clip for clip in clean if clip.seconds >= MIN_CLIP_S]
@@ -118,7 +122,9 @@ def _build_takes(config: RootDataConfig) -> PreparedClips:
 def _simulate_take(
     clip: BodyMotion, take: int, seed: np.random.SeedSequence, config: RootDataConfig
 ) -> list[tuple[BodyMotion, RootFrames]]:
-    """Return a take of a clip with optical poses and with a simulated suit's; with the suit's accelerations both."""
-    clean = perform_take(clip, take, config.tempo, ROOT_RATE_HZ, np.random.default_rng(seed))
+    """Return a take of a clip with optical poses and with a simulated suit's, restored or not; with the suit's accelerations both."""
+    rng = np.random.default_rng(seed)
+    clean = perform_take(clip, take, config.tempo, ROOT_RATE_HZ, rng)
     suit = simulate_suit(clean, int(seed.generate_state(1)[0]), config.suit_severity)
-    return [(clean, root_frames(clean, suit.accelerations)), (suit.faulty, root_frames(suit.faulty, suit.accelerations, clean))]
+    worn = restore_suit_poses(suit.faulty).motion if rng.random() < config.restored_share else suit.faulty
+    return [(clean, root_frames(clean, suit.accelerations)), (worn, root_frames(worn, suit.accelerations, clean))]

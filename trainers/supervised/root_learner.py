@@ -8,13 +8,12 @@ from torch.nn import functional
 from agents.root.augmentation import RootAugmentation
 from agents.root.model import RootModel
 from agents.root.windows import window_features, window_targets
-from configs.errors import InputError
-from datasets.imu.root_features import ROOT_RATE_HZ, to_heading_frame
+from datasets.imu.root_features import to_heading_frame
 from trainers.algorithms.learner_state import get_state, set_state
 from trainers.algorithms.schedules import linear_schedule
 from trainers.supervised.clip_selection import evenly_spaced
 from trainers.supervised.root_config import RootConfig
-from trainers.supervised.root_data import RootClips, RootData
+from trainers.supervised.root_data import RootClips, RootData, require_windows
 
 LOSSES = {"l1": functional.l1_loss, "mse": functional.mse_loss}
 NUM_NORMALISATION_WINDOWS = 20_000
@@ -32,16 +31,8 @@ class RootLearner:
         self.random = torch.Generator().manual_seed(config.seed)
         self._training, self._starts = data.training, data.training.window_starts(config.model.window * config.learner.sequence)
         self._holdout, self._scored = data.holdout, evenly_spaced(data.holdout.window_starts(config.model.window), NUM_SCORED_WINDOWS)
-        needed = {
-            "training": (self._starts, config.model.window * config.learner.sequence),
-            "held-out": (self._scored, config.model.window),
-        }
-        for name, (windows, frames) in needed.items():
-            if not len(windows):
-                raise InputError(
-                    f"no {name} clip is as long as {frames + 1} frames at {ROOT_RATE_HZ:g} Hz; "
-                    "take longer clips, a smaller learner.sequence, or another data.holdout"
-                )
+        require_windows("training", self._starts, config.model.window * config.learner.sequence)
+        require_windows("held-out", self._scored, config.model.window)
         self._augment = RootAugmentation(config.model, self.config.mask_share)
         self.model.fit_normalisation(*self._windows(self._training, self._sample_starts(NUM_NORMALISATION_WINDOWS)))
         self.optimiser = torch.optim.Adam(self.model.parameters(), lr=self.config.learning_rate, weight_decay=self.config.weight_decay)

@@ -1,6 +1,7 @@
 """Evaluation of root models, and of baselines without training, on the test takes and the real walk."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -8,16 +9,20 @@ import numpy as np
 from agents.root.model import RootModel
 from agents.root.path import FULL_ORDER, predict_root_path
 from agents.root.reconstruct import filter_path
-from agents.weights.pretrained import WEIGHTS_FOLDER
+from agents.weights.pretrained import WEIGHTS_FOLDER, load_pretrained_restore
 from datasets.imu.root_features import root_frames
-from eval.evaluation_recordings import IMU_POSES, OPTICAL_POSES
+from eval.clean.restored_poses import restore_clip
+from eval.evaluation_recordings import IMU_POSES, OPTICAL_POSES, RESTORED_POSES
 from eval.metrics.root_path import distance_ratio, drift, e_mse, stationary_path
 from eval.study.root.evaluation_takes import EvaluationTake, TakesByPose
 from eval.study.root.scores import Paths, Scores, score, trajectory_errors
 from eval.study.root.variants import MOTIONLESS, OWN_ROOT, WALK_CONTACTS, WALK_OWN_ROOT
 from eval.study.suit.vicon_walk import RealWalk, align_heading, track_root_by_contacts
 
-FILTERED_MEASURES = ("e_mse", "drift", "distance_ratio", "stairs_error")  # measured after the filters as well
+FILTERED_MEASURES = (  # measured after the filters as well
+    *("e_mse", "e_mse_median", "e_mse_turned", "e_mse_stretched", "e_mse_walks"),
+    *("drift", "distance_ratio", "stairs_error", "stairs_ratio"),
+)
 
 
 class ModelEvaluation(NamedTuple):
@@ -39,19 +44,19 @@ def evaluate_model(model: RootModel, poses: str, takes: TakesByPose, walk: RealW
 
     Args:
         model: Trained model.
-        poses: Kind of poses to test on; with those of suits Root3D is tested on the real walk as well.
+        poses: Kind of poses to test on; with those of suits Root3D is tested on the real walk as well, restored or not.
         takes: All test takes.
         walk: Real walk.
     """
     tested = takes[poses]
     paths = predict_paths(model, tested)
     found = score(tested, paths, model.spec.vertical == "height")
-    if model.spec.predicts_steps_ahead:
+    if not model.spec.is_planar:
         found |= _filtered(model, tested, paths)
-        if model.spec.accelerations:
+        if model.spec.accelerations and model.spec.predicts_steps_ahead:
             found |= _orders(model, tested)
-        if poses == IMU_POSES:
-            found |= _walk_of(model, walk)
+        if poses != OPTICAL_POSES:
+            found |= _walk_of(model, restored_walk(walk) if poses == RESTORED_POSES else walk)
         return ModelEvaluation(poses, found, paths)
     found = {name: value for name, value in found.items() if not name.startswith("stairs_")}  # planar models know level ground alone
     if poses == OPTICAL_POSES:
@@ -75,10 +80,10 @@ def evaluate_baselines(takes: TakesByPose, walk: RealWalk) -> dict[str, ModelEva
     shipped = {"planar": "planar model, {} poses", "root3d": "Root3D, {} poses and accelerations", "root3d_pose": "Root3D, {} poses alone"}
     for file, name in shipped.items():
         model, card = RootModel.load(WEIGHTS_FOLDER / f"{file}.safetensors")
-        for poses in (OPTICAL_POSES, IMU_POSES):
+        for poses, in_words in ((OPTICAL_POSES, "optical"), (IMU_POSES, "IMU"), (RESTORED_POSES, "restored IMU")):
             one = evaluate_model(model, poses, takes, walk)
             one.scores.update(samples=float(card["windows"]), minutes=60.0 * card["hours"])
-            found["as shipped: " + name.format("IMU" if poses == IMU_POSES else poses)] = one
+            found["as shipped: " + name.format(in_words)] = one
     return found
 
 
@@ -103,16 +108,22 @@ def score_walk(path: np.ndarray, truth: np.ndarray, suffix: str = "") -> Scores:
     }
 
 
+def restored_walk(walk: RealWalk) -> RealWalk:
+    """Return the real walk with its poses restored, as cleaning does before all else."""
+    return replace(walk, motion=restore_clip(load_pretrained_restore(), walk.motion).motion)
+
+
 def _walk_of(model: RootModel, walk: RealWalk) -> Scores:
     frames = root_frames(walk.motion, walk.accelerations)
     path = predict_root_path(model, frames, walk.truth[0])
-    held = filter_path(path, walk.motion, frames if model.spec.accelerations else None)
+    held = filter_path(model.spec, path, walk.motion, frames if model.spec.accelerations else None)
     return score_walk(path, walk.truth) | score_walk(held, walk.truth, "_filtered")
 
 
 def _filtered(model: RootModel, takes: list[EvaluationTake], paths: Paths) -> Scores:
     held = [
-        filter_path(path, take.observed, take.frames if model.spec.accelerations else None) for take, path in zip(takes, paths, strict=True)
+        filter_path(model.spec, path, take.observed, take.frames if model.spec.accelerations else None)
+        for take, path in zip(takes, paths, strict=True)
     ]
     found = score(takes, held, absolute_height=False)
     return {f"{name}_filtered": found[name] for name in FILTERED_MEASURES if name in found}

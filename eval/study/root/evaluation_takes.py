@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from agents.weights.pretrained import load_pretrained_restore
 from datasets.imu.root_features import ROOT_RATE_HZ, RootFrames, root_frames
 from datasets.imu.suit_simulation import simulate_suit
 from datasets.library.sources import ROUGH_GROUND_KINDS, SYNTHETIC_SOURCE, load_clips
@@ -14,7 +15,8 @@ from datasets.motion.clip import BodyMotion
 from datasets.motion.kinematics import body_poses, lowest_point_heights, resample
 from datasets.motion.rotation import heading
 from datasets.synthetic.clips import synthetic_clips
-from eval.evaluation_recordings import IMU_POSES, OPTICAL_POSES, TEST_FOLDERS
+from eval.clean.restored_poses import restore_clip
+from eval.evaluation_recordings import IMU_POSES, OPTICAL_POSES, RESTORED_POSES, TEST_FOLDERS
 
 STAIR_PERFORMERS = 1000, 2  # seed and number of synthetic performers on stairs; trainings have the seeds from 0 on
 SUITS_PER_CLIP = 3  # simulated recordings of each clip
@@ -27,7 +29,7 @@ class EvaluationTake:
 
     Attributes:
         truth: Clean clip.
-        observed: Clip with the pose that the model sees: the clean pose, or that of a suit.
+        observed: Clip with the pose that the model sees: the clean pose, or that of a suit, restored or not.
         accelerations: Free accelerations of a simulated suit, whatever the pose [m/s^2], shape (N, 19, 3).
     """
 
@@ -77,10 +79,16 @@ def load_unseen_clips(data: Path) -> list[BodyMotion]:
 
 
 def simulate_takes(clips: Iterable[BodyMotion]) -> TakesByPose:
-    """Return the takes of clips: one each with optical poses, ``SUITS_PER_CLIP`` with those of simulated suits; seeds are fixed."""
-    takes: TakesByPose = {OPTICAL_POSES: [], IMU_POSES: []}
+    """Return the takes of clips: one each with optical poses, ``SUITS_PER_CLIP`` with those of simulated suits, and as many restored.
+
+    Seeds are fixed.
+    """
+    takes: TakesByPose = {OPTICAL_POSES: [], IMU_POSES: [], RESTORED_POSES: []}
+    restorer = load_pretrained_restore()
     for index, clip in enumerate(clips):
         suits = [simulate_suit(clip, SUITS_PER_CLIP * index + suit) for suit in range(SUITS_PER_CLIP)]
         takes[OPTICAL_POSES].append(EvaluationTake(clip, clip, suits[0].accelerations))
         takes[IMU_POSES] += [EvaluationTake(clip, suit.faulty, suit.accelerations) for suit in suits]
+        restored = [restore_clip(restorer, suit.faulty).motion for suit in suits]
+        takes[RESTORED_POSES] += [EvaluationTake(clip, seen, suit.accelerations) for seen, suit in zip(restored, suits, strict=True)]
     return takes

@@ -1,11 +1,21 @@
 """Measures of the root study: distances of predicted root paths from the truth of test takes, as plain numbers."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
 from datasets.imu.root_features import ROOT_RATE_HZ
-from eval.metrics.root_path import displacement_errors, distance_ratio, drift, e_mse, end_error, error_after_travel, travelling_windows
+from eval.metrics.root_path import (
+    displacement_errors,
+    distance_ratio,
+    drift,
+    e_mse,
+    e_mse_turned,
+    end_error,
+    error_after_travel,
+    travelling_windows,
+)
 from eval.study.root.evaluation_takes import EvaluationTake
 
 TRAVEL_DISTANCES_M = range(1, 8)  # distances that the true root travels
@@ -73,10 +83,13 @@ def _trajectories(both: TakePaths) -> Scores:
         "cmu": lambda take: take.truth.name.startswith("cmu"),
         "bandai": lambda take: take.truth.name.startswith("bnr"),
         "without_slowed": lambda take: take.truth.name != MISTIMED_CLIP,
+        "walks": lambda take: take.truth.kind == "walk",
         "gaits": lambda take: take.truth.kind in GAITS,
         "dances": lambda take: take.truth.kind in DANCES,
     }
     found = {"e_mse": _mean(errors), "e_mse_std": float(np.std(errors)) if len(errors) else np.nan, "e_mse_median": _median(errors)}
+    found["e_mse_turned"] = _mean(_windowed(both, e_mse_turned))
+    found["e_mse_stretched"] = _mean(_windowed(both, partial(e_mse_turned, stretched=True)))
     for name, wanted in some.items():
         found[f"e_mse_{name}"] = _mean(_windowed([(take, path) for take, path in both if wanted(take)], e_mse))
     for name in ("gaits", "dances"):

@@ -40,11 +40,8 @@ def _table_2_1(*values: float) -> dict[str, float]:
 
 
 _BY_CNN, _OF_RWI = "model.network=planar_cnn", f"data.kinds=[{RUN_WALK_IDLE}]"
-_PLAIN = (
-    "model.support=false",
-    "learner.sequence=1",
-    "learner.mask_share=0",
-)  # as in the thesis, without what the package's own model adds
+# as in the thesis: its network and windows, nothing of what the package's own model adds
+_PLAIN = ("model.network=root3d", "learner.batch=256", "learner.sequence=1", "learner.mask_share=0")
 VARIANTS = (
     Variant(UNET, "planar", published=_table_2_1(-0.004, 0.002, -4.062, 0.191, 0.185, 23.123)),
     Variant(CNN, "planar", OPTICAL_POSES, (_BY_CNN,), _table_2_1(0.034, 0.007, -4.202, 0.211, 0.219, 24.274)),

@@ -55,8 +55,9 @@ def test_a_foreign_file_is_one_line(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"network": "root4d"}, "model.network is 'root4d', should be root3d or planar_unet or planar_cnn"),
+        ({"network": "root4d"}, "model.network is 'root4d', should be gru or root3d or planar_unet or planar_cnn"),
         ({"vertical": "height"}, "model.vertical is 'height', should be displacement"),
+        ({"network": "gru", "target": "com"}, "model.target is 'com', should be root"),
         ({"network": "planar_unet"}, "model.accelerations is true, should be false"),
         ({"network": "planar_unet", "accelerations": False, "support": True}, "model.support is true, should be false"),
     ],

@@ -17,7 +17,9 @@ from tests.builders import lively
 
 ROOT3D, POSE = RootSpec(), RootSpec(accelerations=False)
 PLANAR, HEIGHT = RootSpec("planar_unet", accelerations=False), RootSpec("planar_unet", accelerations=False, vertical="height")
+GRU, GRU_POSE = RootSpec("gru"), RootSpec("gru", accelerations=False)
 SPECS = [
+    *(GRU, GRU_POSE),
     *(ROOT3D, POSE, RootSpec(support=True), RootSpec(accelerations=False, support=True), RootSpec(target="com")),
     *(PLANAR, replace(PLANAR, target="com"), HEIGHT, replace(HEIGHT, target="com"), RootSpec("planar_cnn", accelerations=False)),
 ]
@@ -81,8 +83,8 @@ def test_planar_models_do_not_fly() -> None:
     np.testing.assert_allclose(streamed(RootStream(model), CLIP, measured(CLIP)), whole, atol=1e-6, rtol=0)
 
 
-@pytest.mark.parametrize("more", [0, 1])
-@pytest.mark.parametrize("spec", [ROOT3D, PLANAR, HEIGHT])
+@pytest.mark.parametrize("more", [0, 1, 2, 3, 4])
+@pytest.mark.parametrize("spec", [ROOT3D, PLANAR, HEIGHT, GRU, GRU_POSE])
 def test_clips_hardly_longer_than_a_window(spec: RootSpec, more: int) -> None:
     clip, model = CLIP.cut(0, spec.window + more), untrained(spec)
     accelerations = measured(CLIP)[: len(clip)] if spec.accelerations else None
@@ -101,7 +103,8 @@ def test_orders(order: int) -> None:
     ("spec", "delay"),
     # Frame 1 is where the step of window 0 leads, and 6 of Root3D's 8 frames come after it, 62 of the planar models' 64.
     # The height of frame 0 needs all of window 0: 63 frames come after it.
-    [(POSE, 6), (PLANAR, 62), (HEIGHT, 63)],
+    # The recurrent network's patch of frames 0 to 7 tells the step into frame 1.
+    [(POSE, 6), (PLANAR, 62), (HEIGHT, 63), (GRU_POSE, 6)],
 )
 def test_the_delay_is_that_of_the_last_window_with_a_say(spec: RootSpec, delay: int) -> None:
     assert RootStream(untrained(spec)).delay == delay

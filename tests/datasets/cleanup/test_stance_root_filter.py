@@ -55,6 +55,15 @@ def test_a_figure_that_glides_goes_where_it_is_asked_to(speed: float) -> None:
     assert np.allclose(np.diff(path, axis=0)[3:], np.diff(glides.root_position, axis=0)[3:], atol=1e-12)
 
 
+@pytest.mark.parametrize(("speed", "kept"), [(0.03, 1.0), (0.06, 0.5), (0.1, 0.0)])  # m/s, twice 0.04 is 0.08
+def test_a_root_that_is_trusted_more_slides_on_its_way_and_keeps_its_level(speed: float, kept: float) -> None:
+    glides = asked(posed({}, frames=300), np.array([speed, 0.0, 0.02]))
+    held = apply_stance_root_filter(glides, slide_speed=0.04)
+    steps = np.diff(held.root_position, axis=0)[30:60] * glides.fps  # of feet that are held by now, and have not slipped by 4 cm
+    assert steps[:, 0] == pytest.approx((1.0 - kept) * speed, abs=0.25 * speed)
+    assert steps[:, 2] == pytest.approx(0.0, abs=0.005)
+
+
 def test_the_root_follows_the_legs_over_a_foot_that_stands() -> None:
     # Both thighs turn back at 0.05 rad/s under soles that stay level: the ankles are THIGH + SHIN = 0.83 m below the hips and move
     # back by 0.83 sin(0.05 t); so over standing feet the root moves forward by that, although it is asked to stay.

@@ -8,6 +8,7 @@ from eval.metrics.root_path import (
     distance_ratio,
     drift,
     e_mse,
+    e_mse_turned,
     end_error,
     error_after_travel,
     fixed_windows,
@@ -38,6 +39,16 @@ def test_e_mse_is_the_mean_square_over_three_coordinates() -> None:
     path = np.array([[5.0, 5.0, 5.0], [6.0, 5.0, 5.0], [5.0, 7.0, 3.0]])
     # moved to the truth's start: errors (0 0 0), (1 0 0), (0 2 -2); squares 0 + 1 + 8 over nine numbers
     assert e_mse(path, truth) == pytest.approx(1.0)
+
+
+def test_turning_and_stretching_take_heading_and_length_away() -> None:
+    truth = np.array([[0.0, 0.0, 1.0], [2.0, 0.0, 1.0], [2.0, 2.0, 1.0]])
+    half_as_long_and_to_the_left = np.array([[5.0, 5.0, 1.0], [5.0, 6.0, 1.0], [4.0, 6.0, 1.3]])
+    assert e_mse_turned(half_as_long_and_to_the_left, truth, stretched=True) == pytest.approx(0.3**2 / 9)  # the height alone is left
+    # Turned it still lacks 1 m, then 1 m ahead and 1 m to the left.
+    assert e_mse_turned(half_as_long_and_to_the_left, truth) == pytest.approx((1.0 + 2.0 + 0.3**2) / 9)
+    assert e_mse_turned(np.zeros((3, 3)), truth) == pytest.approx((4.0 + 8.0) / 9)  # who stands cannot be turned
+    assert e_mse_turned(truth, truth) == pytest.approx(0.0)
 
 
 def test_a_motionless_root_errs_by_the_whole_way() -> None:

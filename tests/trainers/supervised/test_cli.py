@@ -10,21 +10,11 @@ from agents.root.model import RootModel
 from agents.root.spec import RootSpec
 from configs.errors import InputError
 from configs.source_code import PROJECT_ROOT
-from datasets.imu.sensor_model import BODY_COUNT
-from datasets.motion.clip import BodyMotion
 from tests.trainers.run_comparison import final_state, same, stop_after
+from tests.trainers.supervised.gliding_clip import gliding
 from trainers.runs.checkpoint import Checkpoints
 from trainers.supervised import cli as supervised
 from trainers.supervised.root_config import RootConfig, RootDataConfig, RootLearnerConfig
-
-
-def gliding(name: str, performer: str, speed: float, frames: int = 300) -> BodyMotion:
-    """Return a T-pose that glides forward and back at up to ``speed`` [m/s], like on skates, and swings a hand ahead of it."""
-    time = np.arange(frames) / 100.0
-    root = np.stack([speed * np.sin(time), np.zeros(frames), np.full(frames, 0.94)], axis=1)
-    rotations = np.zeros((frames, BODY_COUNT, 4))
-    rotations[..., 0] = 1.0
-    return BodyMotion(root, rotations, 100.0, name, performer, "optical", "stand")
 
 
 @pytest.fixture
@@ -140,7 +130,7 @@ def test_another_network_is_not_resumed(tiny: RootConfig) -> None:
         (["data.motions=nowhere"], "nowhere: no such file or folder"),
         (["data.synthetic_sets=0"], "holds no clip of at least 1 s"),
         (["--resume"], "there is no checkpoint to resume"),
-        (["learner.batch=240"], "learner.sequence is 16, should be 1, or such that learner.batch (240) is a multiple of twice it"),
+        (["learner.batch=240"], "learner.sequence is 125, should be 1, or such that learner.batch (240) is a multiple of twice it"),
         (["runs_dir=/dev/null/runs"], "runs_dir: /dev/null/runs cannot be created"),
     ],
 )

@@ -3,8 +3,10 @@
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from agents.restore.restore import Restoration
 from datasets.motion.clip import BodyMotion
 from tests.builders import lively
 from trainers.supervised.lobstr_config import LobstrDataConfig
@@ -34,8 +36,41 @@ def test_root_models_learn_from_the_poses_that_are_asked_for(source: str, tmp_pa
         data = prepare_root_data(config, tmp_path / "cache", lambda _: None)
         assert data.held_out == "ann"  # no synthetic performer, also where nothing but suits' poses is left of them
         assert [clip.name for clip in data.holdout.clips] == [f"ann/0{ending}" for ending in endings]
-        assert len(data.holdout.frames.heading) == sum(clip.frames for clip in data.holdout.clips)
+        begins = [clip.start + at for clip in data.holdout.clips for at in range(clip.frames - 8)]
+        assert data.holdout.window_starts(8).tolist() == begins
         assert [clip.name for clip in data.training.clips] == [f"{name}/0{ending}" for name in ("bob", "doll") for ending in endings]
+
+
+def test_suits_poses_are_restored_as_often_as_is_asked_for(source: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[str] = []
+
+    def restored(clip: BodyMotion) -> Restoration:
+        seen.append(clip.name)
+        upright = np.zeros_like(clip.local_rotations)
+        upright[..., 0] = 1.0
+        return Restoration(replace(clip, local_rotations=upright), *(np.zeros(1),) * 4)
+
+    monkeypatch.setattr("trainers.supervised.root_data.restore_suit_poses", restored)
+    for share, names in ((0.0, []), (1.0, ["ann/0_suit", "bob/0_suit"])):
+        seen.clear()
+        config = RootDataConfig(motions=source, synthetic_sets=0, suit_takes=1, restored_share=share, holdout="none")
+        clips = prepare_root_data(config, tmp_path / "cache", lambda _: None).training
+        assert seen == names
+        headings = {clip.name: clips.frames.heading[clip.start : clip.start + clip.frames] for clip in clips.clips}
+        assert bool((headings["ann/0_suit"] == 0.0).all()) == bool(share)  # an upright pelvis faces x
+        assert not bool((headings["ann/0"] == 0.0).all())
+
+
+def test_stairs_beside_the_source_without_performers_who_test(source: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "uneven").mkdir()
+    (tmp_path / "uneven" / "one.bvh").touch()
+    found = {source: people("ann", "bob"), str(tmp_path / "uneven"): people("cid", "dora")}
+    monkeypatch.setattr("trainers.supervised.tempo_takes.load_clips", lambda motions, *_, **__: found[motions])
+    config = RootDataConfig(
+        motions=source, rough_motions=str(tmp_path / "uneven"), test_performers=("dora",), synthetic_sets=0, suit_takes=1, holdout="bob"
+    )
+    data = prepare_root_data(config, tmp_path / "cache", lambda _: None)
+    assert sorted({clip.performer for clip in data.training.clips}) == ["ann", "cid"]
 
 
 def test_lobstr_is_scored_on_clips_as_they_were_recorded(source: str, tmp_path: Path) -> None:
