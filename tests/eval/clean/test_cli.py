@@ -332,7 +332,9 @@ def still(frames: int, fps: float = 60.0) -> BodyMotion:
 def test_clips_of_a_few_frames_come_back(frames: int, fps: float) -> None:
     bvh, out, told = cleaned(still(frames, fps))
     same_skeleton(bvh, out)
-    assert np.abs(out.values - bvh.values).max() < 1.0  # cm and degrees
+    # cm and degrees: 0.2 mm of a reconstructed root bend straight knees over planted feet by 2.5, 0.83 m (1 - cos 1.25 degrees).
+    assert np.abs(out.values - bvh.values).max() < 2.5
+    assert np.abs(out.values - bvh.values)[:, :3].max() < 0.1  # cm, of the root
     assert told.kept.all()
 
 
