@@ -65,7 +65,7 @@ def prepare_lobstr_data(config: LobstrDataConfig, cache: Path, log: Callable[[st
     Raises:
         InputError: If the source is bad, holds nothing to train on, or the held-out performer is unknown.
     """
-    clips, arrays, _ = prepare_cached(config, ("holdout",), __name__, cache, lambda: _pack(*_augmented_clips(config)), log)
+    clips, arrays, _ = prepare_cached(config, ("holdout",), __name__, cache, lambda: _pack(*augmented_clips(config)), log)
     as_recorded = tuple(clip for clip, is_recorded in zip(clips, arrays[AS_RECORDED], strict=True) if is_recorded)
     held_out = resolve_holdout(as_recorded, config.holdout)
     frames = LobstrFrames(**{name: torch.from_numpy(arrays[name]) for name in LobstrFrames._fields})
@@ -76,8 +76,12 @@ def prepare_lobstr_data(config: LobstrDataConfig, cache: Path, log: Callable[[st
     return LobstrData(training, holdout, held_out, frames)
 
 
-def _augmented_clips(config: LobstrDataConfig) -> tuple[list[BodyMotion], list[bool]]:
-    """Return all takes of all clips on level ground, mirrored ones included, and whether each is as recorded."""
+def augmented_clips(config: LobstrDataConfig) -> tuple[list[BodyMotion], list[bool]]:
+    """Return all takes of all clips on level ground, mirrored ones included, and whether each is as recorded.
+
+    Raises:
+        InputError: If the source holds no clip of more than a second.
+    """
     clips = load_ground_truth_clips(config, TRACKER_RATE_HZ)
     synthetic_sets = max(config.synthetic_sets, 1 if config.motions == SYNTHETIC_SOURCE else 0)
     clips += [clip for people in range(synthetic_sets) for clip in synthetic_clips(config.seed + people)]
