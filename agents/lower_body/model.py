@@ -17,6 +17,7 @@ from datasets.trackers.lower_body import LEG_BODIES, ROTATION_6D_SIZE, from_rota
 NUM_ROTATIONS = 1 + len(LEG_BODIES)  # pelvis, then thigh, shin and foot, left and right
 PARTS = NUM_ROTATIONS * ROTATION_6D_SIZE, 3, 2  # numbers of the rotations, of the pelvis' position, of the contacts
 MIN_STD = 1e-3  # least standard deviation of a feature, so that constant ones are not amplified
+FORGET_BIAS = 2.0  # with which a layer's cell loses an eighth a frame before it is trained
 MAX_FEATURE = 8.0  # standard deviations at which features are cut: a tracker that goes mad says no more than one that is far off
 
 
@@ -53,6 +54,9 @@ class LowerBodyModel(nn.Module):
         self.read = nn.Sequential(nn.Linear(joints * (FEATURES_PER_JOINT + 1), spec.hidden), nn.SiLU(), nn.Linear(spec.hidden, spec.hidden))
         self.norms = nn.ModuleList(nn.LayerNorm(spec.hidden) for _ in range(spec.layers))
         self.layers = nn.ModuleList(nn.LSTM(spec.hidden, spec.hidden, batch_first=True) for _ in range(spec.layers))
+        with torch.no_grad():
+            for layer in self.layers:  # forget gates: an untrained layer remembers for a second
+                layer.bias_ih_l0[spec.hidden : 2 * spec.hidden] += FORGET_BIAS
         self.write = nn.Sequential(
             nn.LayerNorm(spec.hidden), nn.Linear(spec.hidden, spec.hidden), nn.SiLU(), nn.Linear(spec.hidden, sum(PARTS))
         )

@@ -102,7 +102,7 @@ def test_calibrate() -> None:
         (line(frame=-1), '"frame" is -1'),
         (line(frame=2**60), '"frame" is 115'),
         (line(foot=[0] * 7), '"foot" is unknown'),
-        (line(head=None), '"head" should be seven numbers'),
+        (line(head="lost"), '"head" should be seven numbers'),
         (line(head=[0, 0, 1]), '"head" should be seven numbers'),
         (line(head=[0, 0, 1, 1, 0, 0, 0, 0]), '"head" should be seven numbers'),
         (line(head=[0, 0, "1", 1, 0, 0, 0]), '"head" should be seven numbers'),
