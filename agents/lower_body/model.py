@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple, Self, cast
 
 import torch
 from torch import nn
@@ -55,8 +55,8 @@ class LowerBodyModel(nn.Module):
         self.norms = nn.ModuleList(nn.LayerNorm(spec.hidden) for _ in range(spec.layers))
         self.layers = nn.ModuleList(nn.LSTM(spec.hidden, spec.hidden, batch_first=True) for _ in range(spec.layers))
         with torch.no_grad():
-            for layer in self.layers:  # forget gates: an untrained layer remembers for a second
-                layer.bias_ih_l0[spec.hidden : 2 * spec.hidden] += FORGET_BIAS
+            for layer in cast(list[nn.LSTM], self.layers):  # forget gates: an untrained layer remembers for a second
+                layer.all_weights[0][2][spec.hidden : 2 * spec.hidden] += FORGET_BIAS
         self.write = nn.Sequential(
             nn.LayerNorm(spec.hidden), nn.Linear(spec.hidden, spec.hidden), nn.SiLU(), nn.Linear(spec.hidden, sum(PARTS))
         )
@@ -109,7 +109,7 @@ class LowerBodyModel(nn.Module):
         hidden = self.read(self._inputs(features, seen))
         after: list[LayerState] = []
         for norm, layer, state in zip(self.norms, self.layers, states, strict=True):
-            after.append(torch.lstm_cell(norm(hidden), state, *layer._flat_weights))
+            after.append(torch.lstm_cell(norm(hidden), state, *cast(nn.LSTM, layer).all_weights[0]))
             hidden = hidden + after[-1][0]
         return self._decode(self.write(hidden)), after
 

@@ -51,7 +51,7 @@ class LiveBodySolver:
             rows: Slots of the users, all different, shape (n,).
             trackers: Tracker poses in the world, shape (n, 4, ...), NaN where a tracker is lost.
         """
-        seen = np.isfinite(trackers.positions).all(axis=-1)
+        seen = np.asarray(np.isfinite(trackers.positions).all(axis=-1))
         if not seen.all():
             for stored, new in zip(self._last, trackers, strict=True):
                 stored[rows] = np.where(seen[..., None], new, stored[rows])

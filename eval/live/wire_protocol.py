@@ -99,7 +99,9 @@ class Codec:
             if row is None:
                 continue
             if type(row) is not list or len(row) != 7 or not all(type(value) in (float, int) for value in row):
-                raise InputError(f'"{name}" should be seven numbers, x y z [m] and w x y z of a quaternion, or null if it is lost, is {_short(row)}')
+                raise InputError(
+                    f'"{name}" should be seven numbers, x y z [m] and w x y z of a quaternion, or null if it is lost, is {_short(row)}'
+                )
         try:
             poses = np.array([_PLACEHOLDER if row is None else row for row in rows], dtype=float)
         except OverflowError:

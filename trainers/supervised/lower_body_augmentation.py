@@ -4,7 +4,7 @@ import numpy as np
 import torch
 
 from datasets.motion.rotation import from_axis_angle, to_matrix
-from datasets.trackers.calibration_errors import CalibrationErrors, draw_calibration_errors
+from datasets.trackers.calibration_errors import draw_calibration_errors
 from datasets.trackers.joint_features import TRACKED_JOINTS, JointPoses
 from datasets.trackers.trackers import HEAD_TRACKER, PELVIS_TRACKER, TRACKER_NAMES
 from trainers.supervised.lower_body_config import LowerBodyLearnerConfig
@@ -21,8 +21,8 @@ class TrackerAugmentation:
         """Draw the virtual users from ``seed``; everything else comes from ``random``."""
         self._config, self._random = config, random
         errors = draw_calibration_errors(config.users, np.random.default_rng(seed))
-        self._errors = CalibrationErrors(*(torch.from_numpy(part.astype(np.float32)) for part in errors))
-        self._rotations = to_matrix(self._errors.rotations)
+        self._scales, self._offsets, rotations = (torch.from_numpy(part.astype(np.float32)) for part in errors)
+        self._rotations = to_matrix(rotations)
 
     def __call__(self, positions: torch.Tensor, rotations: torch.Tensor) -> JointPoses:
         """Return joints as seen through worn trackers.
@@ -55,8 +55,8 @@ class TrackerAugmentation:
         pieces, joints = len(positions), len(TRACKED_JOINTS)
         user = torch.randint(len(self._rotations), (pieces,), generator=self._random)
         worn = self._uniform(pieces) >= self._config.perfect_share
-        scales = torch.where(worn, self._errors.scales[user], 1.0)
-        offsets = torch.cat([self._errors.offsets[user], WORN_FOOT_OFFSET_M * self._normal(pieces, joints - _USUAL, 3)], 1)
+        scales = torch.where(worn, self._scales[user], 1.0)
+        offsets = torch.cat([self._offsets[user], WORN_FOOT_OFFSET_M * self._normal(pieces, joints - _USUAL, 3)], 1)
         feet = _small_rotations(WORN_FOOT_TURN_RAD * self._normal(pieces, joints - _USUAL, 3))
         turns = torch.cat([self._rotations[user], feet], 1)
         offsets, turns = torch.where(worn[:, None, None], offsets, 0.0), torch.where(worn[:, None, None, None], turns, torch.eye(3))
@@ -78,7 +78,7 @@ class TrackerAugmentation:
         return JointPoses(positions + moved, rotations @ turned, seen)
 
     def _draw_seen(self, pieces: int, frames: int) -> torch.Tensor:
-        """Return whether each joint is seen, shape (B, T, 6): some pieces have no pelvis tracker, some have feet's, some are lost a while."""
+        """Return whether each joint is seen (B, T, 6): some pieces have no pelvis tracker, some have feet's, some are lost a while."""
         seen = torch.ones(pieces, frames, len(TRACKED_JOINTS), dtype=torch.bool)
         seen[:, :, _USUAL:] = (self._uniform(pieces) < self._config.feet_share)[:, None, None]
         lost = self._uniform(pieces, len(TRACKED_JOINTS)) < self._config.lost_share

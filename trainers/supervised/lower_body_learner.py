@@ -128,21 +128,22 @@ class LowerBodyLearner:
         )
         pelvis = torch.where(known, true_pelvis, predicted.pelvis)
         points, true_points = (
-            leg_joint_positions(turned) + place[..., None, None, :] for turned, place in ((rotations, pelvis), (true_rotations, true_pelvis))
+            leg_joint_positions(turned) + place[..., None, None, :]
+            for turned, place in ((rotations, pelvis), (true_rotations, true_pelvis))
         )
         away = points - true_points  # (B, T, 2, 3, 3)
         chords = _safe_norm((rotations - true_rotations).flatten(-2)) * 0.5**0.5
         # Both frames of a difference are in the reference frame of their own; the turn between them moves the true points as well.
         frame, origin = reference_frame(JointPoses(pieces.positions, pieces.rotations, joints.seen))
         toes = (frame[:, :, None] @ points[:, :, :, 2, :, None])[..., 0] + origin[:, :, None]
-        both = pieces.contacts[:, 1:] * pieces.contacts[:, :-1] * moving[..., None]
+        stands = pieces.contacts[:, 1:] * pieces.contacts[:, :-1] * moving[..., None]
         slide = _safe_norm(toes.diff(dim=1)) * TRACKER_RATE_HZ
         velocity = _safe_norm(away[:, :, :, 1:].diff(dim=1)) * TRACKER_RATE_HZ
         losses = {
             "rotation": _masked_mean(chords.mean(-1), inside),
             "position": _masked_mean(_safe_norm(away).mean((-1, -2)), inside),
             "velocity": _masked_mean(velocity.mean((-1, -2)), moving),
-            "foot_lock": (slide * both).sum() / both.sum().clamp(min=1.0),
+            "foot_lock": (slide * stands).sum() / stands.sum().clamp(min=1.0),
             "contact": _masked_mean(
                 functional.binary_cross_entropy_with_logits(predicted.contacts, pieces.contacts, reduction="none").mean(-1), inside
             ),

@@ -19,7 +19,6 @@ from eval.study.lobstr import study as lobstr_study
 from eval.study.lobstr.study import LobstrRun
 from eval.study.lobstr.variants import GRU, MAJORITY_CLASS, MEAN_POSE, PK, PRETRAINED, TRUTH, USER_HEIGHTS_CM, VARIANTS, P
 from tests.builders import as_bvh, lively
-from tests.eval.study.lobstr.lobstr_parts import network
 from tests.trainers.run_comparison import stop_after
 from trainers.supervised import cli as supervised
 from trainers.supervised.lobstr_config import LobstrConfig
