@@ -12,12 +12,12 @@ class LowerBodySpec:
     Attributes:
         hidden: Size of each recurrent layer.
         layers: Number of recurrent layers.
-        dropout: Share of each layer's outputs that is left out while training.
+        dropout: Share of each layer's outputs that is left out while training, the same ones throughout a piece.
     """
 
     hidden: int = 320
     layers: int = 2
-    dropout: float = 0.1
+    dropout: float = 0.2
 
     def __post_init__(self) -> None:
         """Check the values."""

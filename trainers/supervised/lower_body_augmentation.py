@@ -10,7 +10,7 @@ from datasets.trackers.trackers import HEAD_TRACKER, PELVIS_TRACKER, TRACKER_NAM
 from trainers.supervised.lower_body_config import LowerBodyLearnerConfig
 
 WORN_FOOT_OFFSET_M, WORN_FOOT_TURN_RAD = 0.015, np.radians(4.0)  # standard deviations of a foot tracker's calibration along each axis
-LONGEST_LOSS_FRAMES = 90  # for which a tracker is lost at most
+LONGEST_LOSS_FRAMES = 180  # for which a tracker is lost at most
 _USUAL = len(TRACKER_NAMES)
 
 

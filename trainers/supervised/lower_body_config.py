@@ -13,7 +13,7 @@ class LowerBodyLearnerConfig:
     """Settings of the network's updates.
 
     Attributes:
-        batch: Number of pieces of clips in a batch.
+        batch: Number of pieces of clips in a batch; performers are drawn in proportion to the root of their frames.
         frames: Number of frames of a piece; shorter clips are one piece.
         skipped_frames: Number of frames at the beginning of a piece that are not scored, as the network knows next to nothing yet.
         learning_rate: AdamW's highest learning rate.
@@ -24,6 +24,7 @@ class LowerBodyLearnerConfig:
         velocity_weight: Weight of the loss of the velocities of ankles and toe-bases [s/m].
         foot_lock_weight: Weight of the velocities of toe-bases in the world while they stand [s/m].
         contact_weight: Weight of the loss of contacts.
+        reversed_share: Share of the pieces that run backward: walking backward is nearly that, and jumps are the same.
         users: Number of virtual users, whose calibration errors pieces are given.
         perfect_share: Share of the pieces whose joints are exact.
         convention_deg: Standard deviation of a constant pitch of pelvis and head in a piece, as skeletons of other families have it [deg].
@@ -42,21 +43,22 @@ class LowerBodyLearnerConfig:
     skipped_frames: int = 20
     learning_rate: float = 2e-3
     final_learning_rate: float = 2e-5
-    weight_decay: float = 0.01
+    weight_decay: float = 0.03
     rotation_weight: float = 1.0
     position_weight: float = 4.0
     velocity_weight: float = 0.25
     foot_lock_weight: float = 0.1
     contact_weight: float = 0.3
+    reversed_share: float = 0.15
     users: int = 1000
     perfect_share: float = 0.3
     convention_deg: float = 4.0
-    build: float = 0.03
+    build: float = 0.05
     position_noise_m: float = 0.0012
     rotation_noise_deg: float = 0.15
     no_pelvis_share: float = 0.1
     feet_share: float = 0.1
-    lost_share: float = 0.04
+    lost_share: float = 0.12
     bfloat16: bool = True
     threads: int = 1
 
@@ -70,7 +72,7 @@ class LowerBodyLearnerConfig:
         )
         for name in ("learning_rate", "final_learning_rate"):
             require(getattr(self, name) > 0.0, f"learner.{name}", getattr(self, name), "above 0")
-        shares = ("perfect_share", "no_pelvis_share", "feet_share", "lost_share")
+        shares = ("reversed_share", "perfect_share", "no_pelvis_share", "feet_share", "lost_share")
         for name in shares:
             require(0.0 <= getattr(self, name) <= 1.0, f"learner.{name}", getattr(self, name), "from 0 to 1")
         weights = (f"{name}_weight" for name in ("rotation", "position", "velocity", "foot_lock", "contact"))

@@ -60,10 +60,10 @@ class LowerBodyLearner:
         self._legs = to_matrix(frames.legs)
         self._legs[:, _THIGHS] = self._rotations[:, PELVIS_TRACKER, None] @ self._legs[:, _THIGHS]
         self._training, self._holdout = data.training, data.holdout
-        self._drawn, self._scored = _long_frames(data.training), data.holdout.window_starts(self.config.frames)
+        self._performers, self._scored = _frames_by_performer(data.training), data.holdout.window_starts(self.config.frames)
         if not len(self._scored):  # only short clips
             self._scored = torch.tensor([clip.start for clip in data.holdout.clips if clip.frames >= SHORTEST_FRAMES], dtype=torch.long)
-        for name, rows in (("training", self._drawn), ("held-out", self._scored)):
+        for name, rows in (("training", self._performers), ("held-out", self._scored)):
             if not len(rows):
                 raise InputError(f"no {name} clip lasts a second; take longer clips")
         self._scored = evenly_spaced(self._scored, NUM_SCORED_PIECES)
@@ -162,21 +162,27 @@ class LowerBodyLearner:
         }
 
     def _draw(self, count: int) -> Pieces:
-        """Return random pieces, in which every frame of the training clips is as likely as every other."""
+        """Return random pieces, some of them backward; every frame of a performer is as likely as every other."""
         length = self.config.frames
-        rows = self._drawn[torch.randint(len(self._drawn), (count,), generator=self.random)]
+        likely = torch.tensor([len(rows) ** 0.5 for rows in self._performers])
+        who = torch.multinomial(likely, count, replacement=True, generator=self.random).tolist()
+        rows = torch.stack([self._performers[one][torch.randint(len(self._performers[one]), (), generator=self.random)] for one in who])
         left = self._training.frames_left(rows)
         first = rows + left - self._training.lengths(rows)
         starts = rows - (torch.rand(count, generator=self.random) * length).long()
         starts = torch.maximum(torch.minimum(starts, rows + left - length), first)
-        return self._cut(starts, rows + left - starts)
+        backward = torch.rand(count, generator=self.random) < self.config.reversed_share
+        return self._cut(starts, rows + left - starts, backward)
 
-    def _cut(self, starts: torch.Tensor, left: torch.Tensor) -> Pieces:
-        """Return the pieces from ``starts`` (B,) on, of clips with ``left`` (B,) frames from there on."""
-        steps = torch.arange(self.config.frames)
-        rows = starts[:, None] + torch.minimum(steps, left[:, None] - 1)
+    def _cut(self, starts: torch.Tensor, left: torch.Tensor, backward: torch.Tensor | None = None) -> Pieces:
+        """Return the pieces from ``starts`` (B,) on, of clips with ``left`` (B,) frames from there on, some of them ``backward`` (B,)."""
+        steps, lengths = torch.arange(self.config.frames), left.clamp(max=self.config.frames)[:, None]
+        order = torch.minimum(steps, lengths - 1)
+        if backward is not None:
+            order = torch.where(backward[:, None], lengths - 1 - order, order)
+        rows = starts[:, None] + order
         tracks = (self._positions, self._rotations, self._legs, self._contacts)
-        return Pieces(*(track[rows] for track in tracks), inside=steps < left[:, None])
+        return Pieces(*(track[rows] for track in tracks), inside=steps < lengths)
 
     def get_state(self) -> dict[str, Any]:
         """Return everything that the next update depends on."""
@@ -187,10 +193,13 @@ class LowerBodyLearner:
         set_state(self.model, self.optimiser, self.random, state)
 
 
-def _long_frames(clips: ClipSelection) -> torch.Tensor:
-    """Return the frames of all clips that are long enough."""
-    ranges = [torch.arange(clip.start, clip.start + clip.frames) for clip in clips.clips if clip.frames >= SHORTEST_FRAMES]
-    return torch.cat(ranges) if ranges else torch.zeros(0, dtype=torch.long)
+def _frames_by_performer(clips: ClipSelection) -> list[torch.Tensor]:
+    """Return the frames of each performer's clips that are long enough."""
+    found: dict[str, list[torch.Tensor]] = {}
+    for clip in clips.clips:
+        if clip.frames >= SHORTEST_FRAMES:
+            found.setdefault(clip.performer, []).append(torch.arange(clip.start, clip.start + clip.frames))
+    return [torch.cat(ranges) for ranges in found.values()]
 
 
 def _features(joints: JointPoses) -> torch.Tensor:
