@@ -1,5 +1,8 @@
 """Trackers of pieces of clips as users wear them: calibration errors, builds, other skeletons' conventions, noise, and lost trackers."""
 
+from copy import copy
+from typing import Self
+
 import numpy as np
 import torch
 
@@ -24,6 +27,12 @@ class TrackerAugmentation:
         self._scales, self._offsets, rotations = (torch.from_numpy(part.astype(np.float32)) for part in errors)
         self._rotations = to_matrix(rotations)
 
+    def with_random(self, random: torch.Generator) -> Self:
+        """Return the same with another random generator."""
+        other = copy(self)
+        other._random = random
+        return other
+
     def __call__(self, positions: torch.Tensor, rotations: torch.Tensor) -> JointPoses:
         """Return joints as seen through worn trackers.
 
@@ -41,13 +50,14 @@ class TrackerAugmentation:
         return torch.rand(size, generator=self._random)
 
     def _build(self, positions: torch.Tensor, rotations: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-        """Return the joints of people with another length of trunk and arms, whose head is where it was in a T-pose, as is calibrated."""
+        """Return the joints of people with another length of trunk and arms, who stand higher or lower."""
         pieces = len(positions)
         scale = 1.0 + self._config.build * self._normal(pieces, 1, _USUAL, 1)
         scale[:, :, 2] = scale[:, :, 1]  # both arms
         scale[:, :, PELVIS_TRACKER] = 1.0
         pelvis = positions[:, :, PELVIS_TRACKER, None]
         moved = pelvis + scale * (positions[:, :, :_USUAL] - pelvis)
+        moved[..., 2] += self._config.height_std_m * self._normal(pieces, 1, 1)
         return torch.cat([moved, positions[:, :, _USUAL:]], 2), rotations
 
     def _wear(self, positions: torch.Tensor, rotations: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:

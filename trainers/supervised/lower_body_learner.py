@@ -11,7 +11,7 @@ from configs.errors import InputError
 from datasets.motion.rotation import to_matrix
 from datasets.trackers.joint_features import JointPoses, joint_features, reference_frame
 from datasets.trackers.lower_body import LEG_JOINTS, leg_joint_positions
-from datasets.trackers.trackers import PELVIS_TRACKER, TRACKER_NAMES, TRACKER_RATE_HZ
+from datasets.trackers.trackers import PELVIS_TRACKER, TRACKER_RATE_HZ
 from trainers.algorithms.learner_state import get_state, set_state
 from trainers.algorithms.schedules import cosine_schedule
 from trainers.supervised.clip_selection import ClipSelection, evenly_spaced
@@ -21,6 +21,7 @@ from trainers.supervised.lower_body_data import LowerBodyData
 
 NUM_NORMALISATION_PIECES = 256
 NUM_SCORED_PIECES = 128  # of the held-out performer, at most
+SCORE_SEED = 0
 SHORTEST_FRAMES = 47  # of a clip that anything is learnt from: a second's
 WARM_UP_SHARE = 0.02  # of the training, in which the learning rate rises
 MAX_GRADIENT_NORM = 1.0
@@ -103,14 +104,13 @@ class LowerBodyLearner:
 
     @torch.inference_mode()
     def score(self) -> dict[str, float]:
-        """Return the errors on pieces of the held-out performer with perfect trackers on head, hands and pelvis."""
+        """Return the errors on pieces of the held-out performer through the same trackers each time, worn, lost and noisy as in training."""
         self.model.eval()
+        augment = self._augment.with_random(torch.Generator().manual_seed(SCORE_SEED))
         totals: dict[str, float] = {}
         for starts in self._scored.split(32):
             pieces = self._cut(starts, self._holdout.frames_left(starts))
-            seen = torch.zeros(pieces.positions.shape[:3], dtype=torch.bool)
-            seen[..., : len(TRACKER_NAMES)] = True
-            for name, value in self._losses(pieces, JointPoses(pieces.positions, pieces.rotations, seen)).items():
+            for name, value in self._losses(pieces, augment(pieces.positions, pieces.rotations)).items():
                 totals[name] = totals.get(name, 0.0) + float(value) * len(starts) / len(self._scored)
         return totals
 
