@@ -104,7 +104,7 @@ class LowerBodyLearner:
 
     @torch.inference_mode()
     def score(self) -> dict[str, float]:
-        """Return the errors on pieces of the held-out performer through the same trackers each time, worn, lost and noisy as in training."""
+        """Return the errors on pieces of the held-out performer through trackers that are worn, lost and noisy, the same each time."""
         self.model.eval()
         augment = self._augment.with_random(torch.Generator().manual_seed(SCORE_SEED))
         totals: dict[str, float] = {}
