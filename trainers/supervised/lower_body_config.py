@@ -24,7 +24,6 @@ class LowerBodyLearnerConfig:
         velocity_weight: Weight of the loss of the velocities of ankles and toe-bases [s/m].
         foot_lock_weight: Weight of the velocities of toe-bases in the world while they stand [s/m].
         contact_weight: Weight of the loss of contacts.
-        reversed_share: Share of the pieces that run backward: walking backward is nearly that, and jumps are the same.
         users: Number of virtual users, whose calibration errors pieces are given.
         perfect_share: Share of the pieces whose joints are exact.
         convention_deg: Standard deviation of a constant pitch of pelvis and head in a piece, as skeletons of other families have it [deg].
@@ -51,7 +50,6 @@ class LowerBodyLearnerConfig:
     velocity_weight: float = 0.25
     foot_lock_weight: float = 0.1
     contact_weight: float = 0.3
-    reversed_share: float = 0.15
     users: int = 1000
     perfect_share: float = 0.3
     convention_deg: float = 4.0
@@ -75,7 +73,7 @@ class LowerBodyLearnerConfig:
         )
         for name in ("learning_rate", "final_learning_rate"):
             require(getattr(self, name) > 0.0, f"learner.{name}", getattr(self, name), "above 0")
-        shares = ("reversed_share", "perfect_share", "no_pelvis_share", "feet_share", "lost_share")
+        shares = ("perfect_share", "no_pelvis_share", "feet_share", "lost_share")
         for name in shares:
             require(0.0 <= getattr(self, name) <= 1.0, f"learner.{name}", getattr(self, name), "from 0 to 1")
         weights = (f"{name}_weight" for name in ("rotation", "position", "velocity", "foot_lock", "contact"))

@@ -162,7 +162,7 @@ class LowerBodyLearner:
         }
 
     def _draw(self, count: int) -> Pieces:
-        """Return random pieces, some of them backward; every frame of a performer is as likely as every other."""
+        """Return random pieces; every frame of a performer is as likely as every other."""
         length = self.config.frames
         likely = torch.tensor([len(rows) ** 0.5 for rows in self._performers])
         who = torch.multinomial(likely, count, replacement=True, generator=self.random).tolist()
@@ -171,16 +171,12 @@ class LowerBodyLearner:
         first = rows + left - self._training.lengths(rows)
         starts = rows - (torch.rand(count, generator=self.random) * length).long()
         starts = torch.maximum(torch.minimum(starts, rows + left - length), first)
-        backward = torch.rand(count, generator=self.random) < self.config.reversed_share
-        return self._cut(starts, rows + left - starts, backward)
+        return self._cut(starts, rows + left - starts)
 
-    def _cut(self, starts: torch.Tensor, left: torch.Tensor, backward: torch.Tensor | None = None) -> Pieces:
-        """Return the pieces from ``starts`` (B,) on, of clips with ``left`` (B,) frames from there on, some of them ``backward`` (B,)."""
+    def _cut(self, starts: torch.Tensor, left: torch.Tensor) -> Pieces:
+        """Return the pieces from ``starts`` (B,) on, of clips with ``left`` (B,) frames from there on."""
         steps, lengths = torch.arange(self.config.frames), left.clamp(max=self.config.frames)[:, None]
-        order = torch.minimum(steps, lengths - 1)
-        if backward is not None:
-            order = torch.where(backward[:, None], lengths - 1 - order, order)
-        rows = starts[:, None] + order
+        rows = starts[:, None] + torch.minimum(steps, lengths - 1)
         tracks = (self._positions, self._rotations, self._legs, self._contacts)
         return Pieces(*(track[rows] for track in tracks), inside=steps < lengths)
 

@@ -141,6 +141,28 @@ def test_no_t_pose(model: LowerBodyModel) -> None:
     assert len(play(bodies, [1], [bad], range(46, 90))[-1].problems) == 1  # another second, another word
 
 
+def test_a_tracker_that_is_lost_and_comes_back_makes_nobody_jump(model: LowerBodyModel) -> None:
+    user = swaying(260, 0)
+    for tracker, lost in ((PELVIS_TRACKER, slice(110, 150)), (HAND_L_TRACKER, slice(140, 190))):
+        user.positions[lost, tracker] = user.rotations[lost, tracker] = np.nan
+    solved = play(LiveBodySolver(model, 1), [0], [user], range(260))
+    assert all(one.states[0] == LIVE for one in solved[100:])
+    roots = np.stack([one.root_position[0] for one in solved[100:]])
+    assert np.isfinite(np.stack([one.local_rotations for one in solved])).all()
+    # This network knows nothing: its pelvis may be a metre off, and is faded to within 15 frames, at most 1.875 / 15 of it in each.
+    assert np.linalg.norm(np.diff(roots, axis=0), axis=-1).max() < 0.2
+    seen = np.stack([one.root_position[0] for one in play(LiveBodySolver(model, 1), [0], [swaying(260, 0)], range(260))])
+    np.testing.assert_allclose(roots[-50:], seen[-50:], atol=1e-9)  # it is where it would have been
+
+
+def test_a_lost_tracker_is_no_t_pose(model: LowerBodyModel) -> None:
+    user = swaying(60, 0)
+    user.positions[20, HAND_L_TRACKER] = user.rotations[20, HAND_L_TRACKER] = np.nan
+    solved = play(LiveBodySolver(model, 1), [0], [user], range(CALIBRATION_FRAMES))
+    assert solved[-1].problems[0].startswith("T-pose: hand_l is lost")
+    assert np.isfinite(solved[20].root_position).all()
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_trackers_that_go_mad_make_no_other_numbers(model: LowerBodyModel, seed: int) -> None:
     """Whatever unit quaternions and places within 100 m are, bodies are bodies: tracking is lost now and then."""

@@ -100,9 +100,6 @@ def test_padded_frames_are_no_frames(tiny: LowerBodyConfig, tmp_path: Path) -> N
     pieces = learner._cut(torch.tensor([400]), torch.tensor([120]))  # the second clip, all of its 120 frames
     assert pieces.inside.sum() == 120
     assert torch.equal(pieces.positions[0, 119], pieces.positions[0, 199])
-    backward = learner._cut(torch.tensor([400]), torch.tensor([120]), torch.tensor([True]))
-    assert torch.equal(backward.legs[0, :120], pieces.legs[0, :120].flip(0))
-    assert torch.equal(backward.inside, pieces.inside)
 
 
 def test_trackers_are_lost_as_often_as_told_and_one_reference_stays() -> None:
