@@ -111,9 +111,9 @@ def main(arguments: list[str] | None = None) -> int:
     options = made.parse_args(arguments)
 
     def run() -> None:
-        print(f"{'':44}" + "".join(f"{title:>16}" for title in MEASURES.values()))
+        print(f"{'':48}" + "".join(f"{title:>16}" for title in MEASURES.values()))
         for name, scores in shipped_rows(LowerBodyModel.load(options.model)[0], options.data):
-            print(f"{name:44}" + "".join(f"{scores[measure]:16.2f}" for measure in MEASURES), flush=True)
+            print(f"{name:48}" + "".join(f"{scores[measure]:16.2f}" for measure in MEASURES), flush=True)
 
     return run_command(run)
 
