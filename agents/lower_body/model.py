@@ -60,6 +60,7 @@ class LowerBodyModel(nn.Module):
         self.write = nn.Sequential(
             nn.LayerNorm(spec.hidden), nn.Linear(spec.hidden, spec.hidden), nn.SiLU(), nn.Linear(spec.hidden, sum(PARTS))
         )
+        self.dropout = nn.Dropout(spec.dropout)
         self.register_buffer("feature_mean", torch.zeros(joints, FEATURES_PER_JOINT))
         self.register_buffer("feature_std", torch.ones(joints, FEATURES_PER_JOINT))
         self.register_buffer("pose_mean", torch.zeros(sum(PARTS)))
@@ -92,7 +93,7 @@ class LowerBodyModel(nn.Module):
         """
         hidden = self.read(self._inputs(features, seen))
         for norm, layer in zip(self.norms, self.layers, strict=True):
-            hidden = hidden + self._drop(layer(norm(hidden))[0])
+            hidden = hidden + self.dropout(layer(norm(hidden))[0])
         return self._decode(self.write(hidden))
 
     def step(
@@ -111,13 +112,6 @@ class LowerBodyModel(nn.Module):
             after.append(torch.lstm_cell(norm(hidden), state, *cast(nn.LSTM, layer).all_weights[0]))
             hidden = hidden + after[-1][0]
         return self._decode(self.write(hidden)), after
-
-    def _drop(self, outputs: torch.Tensor) -> torch.Tensor:
-        """Return outputs of a layer (B, T, hidden) of which, while training, some are zero throughout each piece."""
-        if not self.training or not self.spec.dropout:
-            return outputs
-        kept = torch.empty(len(outputs), 1, self.spec.hidden).bernoulli_(1.0 - self.spec.dropout)
-        return outputs * (kept / (1.0 - self.spec.dropout)).to(outputs.dtype)
 
     def _inputs(self, features: torch.Tensor, seen: torch.Tensor) -> torch.Tensor:
         """Return normalised features with what is not seen at zero, and what is seen, shape (..., 96)."""

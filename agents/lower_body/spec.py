@@ -12,7 +12,7 @@ class LowerBodySpec:
     Attributes:
         hidden: Size of each recurrent layer.
         layers: Number of recurrent layers.
-        dropout: Share of each layer's outputs that is left out while training, the same ones throughout a piece.
+        dropout: Share of each layer's outputs that is left out while training.
     """
 
     hidden: int = 320

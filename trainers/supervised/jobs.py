@@ -47,7 +47,7 @@ class Job:
 JOBS = {
     "root": Job(RootConfig, prepare_root_data, RootLearner, "windows", fixed_learner_settings=("loss",)),
     "lower_body": Job(LobstrConfig, prepare_lobstr_data, LobstrLearner, "frames"),
-    "legs": Job(LowerBodyConfig, prepare_lower_body_data, LowerBodyLearner, "frames", selected_by="toe_error_cm"),
+    "legs": Job(LowerBodyConfig, prepare_lower_body_data, LowerBodyLearner, "frames"),
     "restore": Job(RestoreConfig, prepare_restore_data, RestoreLearner, "windows", selected_by="restored_error_mm"),
 }
 

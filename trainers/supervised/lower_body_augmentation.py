@@ -1,8 +1,5 @@
 """Trackers of pieces of clips as users wear them: calibration errors, builds, other skeletons' conventions, noise, and lost trackers."""
 
-from copy import copy
-from typing import Self
-
 import numpy as np
 import torch
 
@@ -13,7 +10,7 @@ from datasets.trackers.trackers import HEAD_TRACKER, PELVIS_TRACKER, TRACKER_NAM
 from trainers.supervised.lower_body_config import LowerBodyLearnerConfig
 
 WORN_FOOT_OFFSET_M, WORN_FOOT_TURN_RAD = 0.015, np.radians(4.0)  # standard deviations of a foot tracker's calibration along each axis
-LONGEST_LOSS_FRAMES = 180  # for which a tracker is lost at most
+LONGEST_LOSS_FRAMES = 90  # for which a tracker is lost at most
 _USUAL = len(TRACKER_NAMES)
 
 
@@ -26,12 +23,6 @@ class TrackerAugmentation:
         errors = draw_calibration_errors(config.users, np.random.default_rng(seed))
         self._scales, self._offsets, rotations = (torch.from_numpy(part.astype(np.float32)) for part in errors)
         self._rotations = to_matrix(rotations)
-
-    def with_random(self, random: torch.Generator) -> Self:
-        """Return the same with another random generator."""
-        other = copy(self)
-        other._random = random
-        return other
 
     def __call__(self, positions: torch.Tensor, rotations: torch.Tensor) -> JointPoses:
         """Return joints as seen through worn trackers.
@@ -50,14 +41,13 @@ class TrackerAugmentation:
         return torch.rand(size, generator=self._random)
 
     def _build(self, positions: torch.Tensor, rotations: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-        """Return the joints of people with another length of trunk and arms, who stand higher or lower."""
+        """Return the joints of people with another length of trunk and arms, whose head is where it was in a T-pose, as is calibrated."""
         pieces = len(positions)
         scale = 1.0 + self._config.build * self._normal(pieces, 1, _USUAL, 1)
         scale[:, :, 2] = scale[:, :, 1]  # both arms
         scale[:, :, PELVIS_TRACKER] = 1.0
         pelvis = positions[:, :, PELVIS_TRACKER, None]
         moved = pelvis + scale * (positions[:, :, :_USUAL] - pelvis)
-        moved[..., 2] += self._config.height_std_m * self._normal(pieces, 1, 1)
         return torch.cat([moved, positions[:, :, _USUAL:]], 2), rotations
 
     def _wear(self, positions: torch.Tensor, rotations: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:

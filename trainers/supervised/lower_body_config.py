@@ -13,7 +13,7 @@ class LowerBodyLearnerConfig:
     """Settings of the network's updates.
 
     Attributes:
-        batch: Number of pieces of clips in a batch; performers are drawn in proportion to the root of their frames.
+        batch: Number of pieces of clips in a batch.
         frames: Number of frames of a piece; shorter clips are one piece.
         skipped_frames: Number of frames at the beginning of a piece that are not scored, as the network knows next to nothing yet.
         learning_rate: AdamW's highest learning rate.
@@ -27,8 +27,6 @@ class LowerBodyLearnerConfig:
         users: Number of virtual users, whose calibration errors pieces are given.
         perfect_share: Share of the pieces whose joints are exact.
         convention_deg: Standard deviation of a constant pitch of pelvis and head in a piece, as skeletons of other families have it [deg].
-        height_std_m: Standard deviation of a constant height of head, hands and pelvis above their own in a piece: floors are set too
-            low or high, and people stand on straighter or longer legs than those trained on [m].
         build: Standard deviation of the lengths of trunk and arms of a piece, relative to the standard ones.
         position_noise_m: Standard deviation of the trackers' noise along each axis, drawn anew in each frame [m].
         rotation_noise_deg: The same about each axis [deg].
@@ -44,7 +42,7 @@ class LowerBodyLearnerConfig:
     skipped_frames: int = 20
     learning_rate: float = 2e-3
     final_learning_rate: float = 2e-5
-    weight_decay: float = 0.03
+    weight_decay: float = 0.01
     rotation_weight: float = 1.0
     position_weight: float = 4.0
     velocity_weight: float = 0.25
@@ -53,13 +51,12 @@ class LowerBodyLearnerConfig:
     users: int = 1000
     perfect_share: float = 0.3
     convention_deg: float = 4.0
-    height_std_m: float = 0.025
-    build: float = 0.05
+    build: float = 0.03
     position_noise_m: float = 0.0012
     rotation_noise_deg: float = 0.15
     no_pelvis_share: float = 0.1
     feet_share: float = 0.1
-    lost_share: float = 0.12
+    lost_share: float = 0.04
     bfloat16: bool = True
     threads: int = 1
 
@@ -77,7 +74,7 @@ class LowerBodyLearnerConfig:
         for name in shares:
             require(0.0 <= getattr(self, name) <= 1.0, f"learner.{name}", getattr(self, name), "from 0 to 1")
         weights = (f"{name}_weight" for name in ("rotation", "position", "velocity", "foot_lock", "contact"))
-        for name in (*weights, "weight_decay", "convention_deg", "height_std_m", "build", "position_noise_m", "rotation_noise_deg"):
+        for name in (*weights, "weight_decay", "convention_deg", "build", "position_noise_m", "rotation_noise_deg"):
             require(getattr(self, name) >= 0.0, f"learner.{name}", getattr(self, name), "0 or more")
 
 

@@ -11,7 +11,7 @@ from configs.errors import InputError
 from datasets.motion.rotation import to_matrix
 from datasets.trackers.joint_features import JointPoses, joint_features, reference_frame
 from datasets.trackers.lower_body import LEG_JOINTS, leg_joint_positions
-from datasets.trackers.trackers import PELVIS_TRACKER, TRACKER_RATE_HZ
+from datasets.trackers.trackers import PELVIS_TRACKER, TRACKER_NAMES, TRACKER_RATE_HZ
 from trainers.algorithms.learner_state import get_state, set_state
 from trainers.algorithms.schedules import cosine_schedule
 from trainers.supervised.clip_selection import ClipSelection, evenly_spaced
@@ -21,7 +21,6 @@ from trainers.supervised.lower_body_data import LowerBodyData
 
 NUM_NORMALISATION_PIECES = 256
 NUM_SCORED_PIECES = 128  # of the held-out performer, at most
-SCORE_SEED = 0
 SHORTEST_FRAMES = 47  # of a clip that anything is learnt from: a second's
 WARM_UP_SHARE = 0.02  # of the training, in which the learning rate rises
 MAX_GRADIENT_NORM = 1.0
@@ -61,10 +60,10 @@ class LowerBodyLearner:
         self._legs = to_matrix(frames.legs)
         self._legs[:, _THIGHS] = self._rotations[:, PELVIS_TRACKER, None] @ self._legs[:, _THIGHS]
         self._training, self._holdout = data.training, data.holdout
-        self._performers, self._scored = _frames_by_performer(data.training), data.holdout.window_starts(self.config.frames)
+        self._drawn, self._scored = _long_frames(data.training), data.holdout.window_starts(self.config.frames)
         if not len(self._scored):  # only short clips
             self._scored = torch.tensor([clip.start for clip in data.holdout.clips if clip.frames >= SHORTEST_FRAMES], dtype=torch.long)
-        for name, rows in (("training", self._performers), ("held-out", self._scored)):
+        for name, rows in (("training", self._drawn), ("held-out", self._scored)):
             if not len(rows):
                 raise InputError(f"no {name} clip lasts a second; take longer clips")
         self._scored = evenly_spaced(self._scored, NUM_SCORED_PIECES)
@@ -104,13 +103,14 @@ class LowerBodyLearner:
 
     @torch.inference_mode()
     def score(self) -> dict[str, float]:
-        """Return the errors on pieces of the held-out performer through trackers that are worn, lost and noisy, the same each time."""
+        """Return the errors on pieces of the held-out performer with perfect trackers on head, hands and pelvis."""
         self.model.eval()
-        augment = self._augment.with_random(torch.Generator().manual_seed(SCORE_SEED))
         totals: dict[str, float] = {}
         for starts in self._scored.split(32):
             pieces = self._cut(starts, self._holdout.frames_left(starts))
-            for name, value in self._losses(pieces, augment(pieces.positions, pieces.rotations)).items():
+            seen = torch.zeros(pieces.positions.shape[:3], dtype=torch.bool)
+            seen[..., : len(TRACKER_NAMES)] = True
+            for name, value in self._losses(pieces, JointPoses(pieces.positions, pieces.rotations, seen)).items():
                 totals[name] = totals.get(name, 0.0) + float(value) * len(starts) / len(self._scored)
         return totals
 
@@ -162,11 +162,9 @@ class LowerBodyLearner:
         }
 
     def _draw(self, count: int) -> Pieces:
-        """Return random pieces; every frame of a performer is as likely as every other."""
+        """Return random pieces, in which every frame of the training clips is as likely as every other."""
         length = self.config.frames
-        likely = torch.tensor([len(rows) ** 0.5 for rows in self._performers])
-        who = torch.multinomial(likely, count, replacement=True, generator=self.random).tolist()
-        rows = torch.stack([self._performers[one][torch.randint(len(self._performers[one]), (), generator=self.random)] for one in who])
+        rows = self._drawn[torch.randint(len(self._drawn), (count,), generator=self.random)]
         left = self._training.frames_left(rows)
         first = rows + left - self._training.lengths(rows)
         starts = rows - (torch.rand(count, generator=self.random) * length).long()
@@ -175,10 +173,10 @@ class LowerBodyLearner:
 
     def _cut(self, starts: torch.Tensor, left: torch.Tensor) -> Pieces:
         """Return the pieces from ``starts`` (B,) on, of clips with ``left`` (B,) frames from there on."""
-        steps, lengths = torch.arange(self.config.frames), left.clamp(max=self.config.frames)[:, None]
-        rows = starts[:, None] + torch.minimum(steps, lengths - 1)
+        steps = torch.arange(self.config.frames)
+        rows = starts[:, None] + torch.minimum(steps, left[:, None] - 1)
         tracks = (self._positions, self._rotations, self._legs, self._contacts)
-        return Pieces(*(track[rows] for track in tracks), inside=steps < lengths)
+        return Pieces(*(track[rows] for track in tracks), inside=steps < left[:, None])
 
     def get_state(self) -> dict[str, Any]:
         """Return everything that the next update depends on."""
@@ -189,13 +187,10 @@ class LowerBodyLearner:
         set_state(self.model, self.optimiser, self.random, state)
 
 
-def _frames_by_performer(clips: ClipSelection) -> list[torch.Tensor]:
-    """Return the frames of each performer's clips that are long enough."""
-    found: dict[str, list[torch.Tensor]] = {}
-    for clip in clips.clips:
-        if clip.frames >= SHORTEST_FRAMES:
-            found.setdefault(clip.performer, []).append(torch.arange(clip.start, clip.start + clip.frames))
-    return [torch.cat(ranges) for ranges in found.values()]
+def _long_frames(clips: ClipSelection) -> torch.Tensor:
+    """Return the frames of all clips that are long enough."""
+    ranges = [torch.arange(clip.start, clip.start + clip.frames) for clip in clips.clips if clip.frames >= SHORTEST_FRAMES]
+    return torch.cat(ranges) if ranges else torch.zeros(0, dtype=torch.long)
 
 
 def _features(joints: JointPoses) -> torch.Tensor:

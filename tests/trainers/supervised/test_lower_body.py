@@ -23,7 +23,7 @@ from trainers.supervised.lower_body_learner import LowerBodyLearner
 
 EXACT = LowerBodyLearnerConfig(
     batch=8, frames=60, skipped_frames=5, learning_rate=5e-3, final_learning_rate=5e-3, users=4, perfect_share=1.0, convention_deg=0.0,
-    height_std_m=0.0,    build=0.0, position_noise_m=0.0, rotation_noise_deg=0.0, no_pelvis_share=0.0, feet_share=0.0, lost_share=0.0,
+    build=0.0, position_noise_m=0.0, rotation_noise_deg=0.0, no_pelvis_share=0.0, feet_share=0.0, lost_share=0.0,
 )  # fmt: skip
 
 
