@@ -26,6 +26,8 @@ from envs.world_state import WorldState
 
 OBSERVATION_LIMIT = 1e5  # m or m/s: more than bodies can reach while no degree of freedom exceeds MAX_DOF_SPEED of the physics
 
+RENDER_MODES = ("rgb_array",)
+
 
 class MimicVectorEnvBase(VectorEnv):
     """Base of the vector envs: owns world state, metrics and the control step; subclasses reset worlds and draw random numbers.
@@ -72,7 +74,7 @@ class MimicVectorEnvBase(VectorEnv):
             library = with_feed_forward(library)
         self.library = library.on_device(to_device)
         self.start_sampler = StartSampler(library, clip_weights, adaptive_starts, to_device)
-        self.metadata = {"render_modes": [], "render_fps": int(FPS / FRAMES_PER_STEP), "autoreset_mode": autoreset_mode}
+        self.metadata = {"render_modes": list(RENDER_MODES), "render_fps": int(FPS / FRAMES_PER_STEP), "autoreset_mode": autoreset_mode}
         self.render_mode = None
         self.single_observation_space = spaces.Box(-OBSERVATION_LIMIT, OBSERVATION_LIMIT, (self.task.observation_size,), np.float32)
         self.single_action_space = spaces.Box(-1.0, 1.0, (self.task.action_size,), np.float32)
@@ -94,6 +96,11 @@ class MimicVectorEnvBase(VectorEnv):
     def library_rows(self) -> Array:
         """Rows of the library where the references of the worlds are now, shape (N,)."""
         return self._state.row
+
+    @property
+    def clip_names(self) -> list[str]:
+        """Names of the clips that the worlds perform."""
+        return [self.library.clips[int(clip)].name for clip in self._state.clip]
 
     @property
     def episode_steps(self) -> Array:

@@ -1,5 +1,6 @@
 """Single env ``AdaptMimic-v0`` for other RL code: a batch of one of the native vector env."""
 
+from dataclasses import fields
 from functools import lru_cache
 from typing import Any
 
@@ -10,7 +11,8 @@ from gymnasium.vector import AutoresetMode
 
 from datasets.library.motion_library import MotionLibrary
 from datasets.library.sources import ROUGH_GROUND_KINDS, load_clips
-from datasets.motion.clip import FPS
+from datasets.motion.clip import FPS, BodyMotion
+from datasets.motion.generalised_positions import qpos_to_motion
 from envs.mimic.spec import (
     DEVIATION_DISCOUNT_OFFSET,
     DEVIATION_DISCOUNT_SLOPE_PER_M,
@@ -21,7 +23,10 @@ from envs.mimic.spec import (
     observation_table,
 )
 from envs.physics.engine_interface import FRAMES_PER_STEP
-from envs.vector_env import AdaptMimicVectorEnv
+from envs.rendering import VIEWS, HumanoidView, check_render_mode
+from envs.vector_env import AdaptMimicVectorEnv, check_names
+
+SPEC_FIELDS = tuple(field.name for field in fields(MimicSpec))
 
 
 @lru_cache(maxsize=4)
@@ -30,17 +35,30 @@ def load_motion_library(motions: str) -> MotionLibrary:
     return MotionLibrary.from_clips([clip for clip in load_clips(motions) if clip.kind not in ROUGH_GROUND_KINDS])
 
 
-def make_vector_env(num_envs: int = 1, motions: str | MotionLibrary = "synthetic", threads: int = 1, **spec: Any) -> AdaptMimicVectorEnv:
+def make_vector_env(
+    num_envs: int = 1,
+    motions: str | MotionLibrary = "synthetic",
+    threads: int = 1,
+    autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
+    render_mode: str | None = None,
+    **spec: Any,
+) -> AdaptMimicVectorEnv:
     """Return the native vector env, as ``gymnasium.make_vec("envs:AdaptMimic-v0")`` does.
 
     Args:
         num_envs: Number of worlds.
         motions: Motion source, or a packed library.
         threads: Native threads that step the worlds.
+        autoreset_mode: When worlds that ended are reset, or the mode's value, such as "NextStep".
+        render_mode: None or "rgb_array".
         **spec: Fields of ``MimicSpec``.
+
+    Raises:
+        ValueError: If an argument is none of these.
     """
+    check_names(spec, SPEC_FIELDS)
     library = motions if isinstance(motions, MotionLibrary) else load_motion_library(motions)
-    return AdaptMimicVectorEnv(library, num_envs, MimicSpec(**spec), threads)
+    return AdaptMimicVectorEnv(library, num_envs, MimicSpec(**spec), threads, AutoresetMode(autoreset_mode), render_mode=render_mode)
 
 
 class AdaptMimicEnv(gym.Env):  # noqa: D101 (its docstring is made from the spec)
@@ -66,7 +84,7 @@ class AdaptMimicEnv(gym.Env):  # noqa: D101 (its docstring is made from the spec
     Version history: v0, first release: physics at 240 Hz on the ground of docs/contact.md.
     """
 
-    metadata = {"render_modes": ["rgb_array"], "render_fps": int(FPS / FRAMES_PER_STEP)}  # noqa: RUF012 (Gymnasium's form)
+    metadata = {"render_modes": list(VIEWS), "render_fps": int(FPS / FRAMES_PER_STEP)}  # noqa: RUF012 (Gymnasium's form)
 
     def __init__(self, motions: str | MotionLibrary = "synthetic", render_mode: str | None = None, **spec: Any) -> None:
         """Build one simulation.
@@ -75,25 +93,67 @@ class AdaptMimicEnv(gym.Env):  # noqa: D101 (its docstring is made from the spec
             motions: Motion source, or a packed library.
             render_mode: None or "rgb_array".
             **spec: Fields of ``MimicSpec``.
+
+        Raises:
+            ValueError: If an argument is none of these.
         """
+        check_names(spec, SPEC_FIELDS)
+        check_render_mode(render_mode, tuple(VIEWS))
         library = motions if isinstance(motions, MotionLibrary) else load_motion_library(motions)
         self.batch = AdaptMimicVectorEnv(library, 1, MimicSpec(**spec), autoreset_mode=AutoresetMode.DISABLED)
         self.observation_space = self.batch.single_observation_space
         self.action_space = self.batch.single_action_space
         self.observation_slices = self.batch.observation_slices
         self.render_mode = render_mode
-        self._renderer: mujoco.Renderer | None = None
+        self._view: HumanoidView | None = None
+        self._data = mujoco.MjData(self.model)
+        self._poses: list[np.ndarray] = []  # of the running episode, one a control step
+
+    @property
+    def model(self) -> mujoco.MjModel:
+        """Model of the humanoid on the floor."""
+        return self.batch.physics.model
+
+    @property
+    def data(self) -> mujoco.MjData:
+        """State of the simulation now, as Gymnasium's MuJoCo envs have it, but a copy: to change it changes nothing."""
+        qpos, qvel, ctrl = self.batch.physics.motion()
+        self._data.qpos[:], self._data.qvel[:], self._data.ctrl[:] = qpos[0], qvel[0], ctrl[0]
+        mujoco.mj_forward(self.model, self._data)
+        return self._data
+
+    def motion(self) -> BodyMotion:
+        """Return the performance of the running or last episode as a clip at 30 fps, which ``datasets.formats`` can write.
+
+        Raises:
+            ValueError: If no episode has begun.
+        """
+        if not self._poses:
+            raise ValueError("no episode has begun; call reset first")
+        return qpos_to_motion(np.stack(self._poses), FPS / FRAMES_PER_STEP, self.batch.clip_names[0])
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[np.ndarray, dict[str, Any]]:
-        """Begin an episode; ``options`` may hold ``clip`` (index) and ``frame``, where it begins."""
+        """Begin an episode; ``options`` may hold ``clip`` (index) and ``frame``, where it begins, and ``frames``, how long it lasts."""
         super().reset(seed=seed)
+        check_names(options or {}, ("clip", "frame", "frames"))
         chosen = {key: np.array([value]) for key, value in (options or {}).items()}
         observation, info = self.batch.reset(seed=seed, options=chosen)
+        self._poses = [self.batch.physics.poses()[0]]
+        self._show()
         return observation[0], info
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
-        """Advance by 1/30 s; the info holds the reward terms and, at the end, ``tracking``, the metrics of the episode."""
+        """Advance by 1/30 s; the info holds the reward terms and, at the end, ``tracking``, the metrics of the episode.
+
+        Raises:
+            ValueError: If the action has another shape, or a number of it is NaN.
+        """
+        action = np.asarray(action, dtype=np.float32)
+        if action.shape != self.action_space.shape:
+            raise ValueError(f"action has shape {action.shape}, should be {self.action_space.shape}")
         observation, reward, terminated, truncated, batch_info = self.batch.step(action[None])
+        self._poses.append(self.batch.physics.poses()[0])
+        self._show()
         info: dict[str, Any] = {name: value[0] for name, value in batch_info.items() if name.startswith("reward/")}
         info["physics_failed"] = bool(batch_info["physics_failed"][0])
         if "tracking" in batch_info:
@@ -101,22 +161,23 @@ class AdaptMimicEnv(gym.Env):  # noqa: D101 (its docstring is made from the spec
         return observation[0], float(reward[0]), bool(terminated[0]), bool(truncated[0]), info
 
     def render(self) -> np.ndarray | None:
-        """Return an image of the humanoid, shape (480, 640, 3), in mode "rgb_array"; None otherwise."""
-        if self.render_mode != "rgb_array":
+        """Return an image of the humanoid, shape (480, 640, 3), in mode "rgb_array"; show it in mode "human"; None otherwise."""
+        if self.render_mode is None:
             return None
-        model = self.batch.physics.model
-        self._renderer = renderer = self._renderer or mujoco.Renderer(model, 480, 640)
-        data = mujoco.MjData(model)
-        data.qpos[:] = self.batch.physics.poses()[0]
-        mujoco.mj_forward(model, data)
-        camera = mujoco.MjvCamera()
-        camera.lookat[:] = data.qpos[:3]
-        camera.distance, camera.azimuth, camera.elevation = 4.0, 135.0, -12.0
-        renderer.update_scene(data, camera)
-        return renderer.render()
+        self._view = self._view or VIEWS[self.render_mode](self.model)
+        return self._view.draw(self.batch.physics.poses()[0])
+
+    def _show(self) -> None:
+        """Show the humanoid where there is a window, as Gymnasium wants it done by itself."""
+        if self.render_mode == "human":
+            self.render()
 
     def close(self) -> None:
-        """Free the renderer."""
-        if self._renderer is not None:
-            self._renderer.close()
-            self._renderer = None
+        """Free the renderer, or close the window."""
+        if self._view is not None:
+            self._view.close()
+            self._view = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what copies and pickles hold: all but the renderer."""
+        return vars(self) | {"_view": None}

@@ -1,24 +1,28 @@
 """Native vector env: many mimicking humanoids in one process, NumPy in and out, stepped by threads."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
 from datasets.library.motion_library import MotionLibrary, Reference
-from envs.base_vector_env import MimicVectorEnvBase
+from envs.base_vector_env import RENDER_MODES, MimicVectorEnvBase
 from envs.mimic.spec import EPISODE_FRAMES, MimicSpec
 from envs.physics.mujoco_cpu import CpuPhysics
+from envs.rendering import HumanoidPicture, check_render_mode
 from envs.world_state import WorldState
+
+RESET_OPTIONS = ("reset_mask", "clip", "frame", "frames")
 
 
 class AdaptMimicVectorEnv(MimicVectorEnvBase):
     """N humanoids that mimic the clips of a library, stepped together.
 
-    Autoreset is same-step: a world that ends is reset at once, ``final_obs`` in the info holds its true last observation,
-    and ``tracking`` the metrics of the episode that ended. With ``AutoresetMode.DISABLED`` no world is reset by ``step``, and
-    ``reset`` takes ``reset_mask`` in its options.
+    Autoreset is same-step by default: a world that ends is reset at once, ``final_obs`` in the info holds its true last observation,
+    and ``tracking`` the metrics of the episode that ended. With ``AutoresetMode.NEXT_STEP`` it is reset by the following ``step``, whose
+    action for that world is ignored and whose reward is 0; Gymnasium's ``NormalizeObservation`` wants that. With
+    ``AutoresetMode.DISABLED`` no world is reset by ``step``, and ``reset`` takes ``reset_mask`` in its options.
     """
 
     def __init__(
@@ -31,6 +35,7 @@ class AdaptMimicVectorEnv(MimicVectorEnvBase):
         clip_weights: np.ndarray | None = None,
         adaptive_starts: bool = False,
         physics: Callable[[int, int], CpuPhysics] = CpuPhysics,
+        render_mode: str | None = None,
     ) -> None:
         """Build the simulations.
 
@@ -39,20 +44,23 @@ class AdaptMimicVectorEnv(MimicVectorEnvBase):
             num_envs: Number of worlds N.
             task: Variant of the task, the thesis's by default.
             threads: Native threads that step the worlds.
-            autoreset_mode: SAME_STEP or DISABLED.
+            autoreset_mode: When worlds that ended are reset.
             clip_weights: Sampling weight of each clip, shape (clips,); by length if None.
             adaptive_starts: Whether episodes begin more often where they fail, instead of at every frame equally often.
             physics: Makes the physics from the numbers of worlds and threads.
+            render_mode: None or "rgb_array".
 
         Raises:
-            ValueError: If the library's rate is not 60 fps or the autoreset mode is another.
+            ValueError: If the library's rate is not 60 fps, or the render mode is another.
         """
-        if autoreset_mode not in (AutoresetMode.SAME_STEP, AutoresetMode.DISABLED):
-            raise ValueError("autoreset_mode should be SAME_STEP or DISABLED")
+        check_render_mode(render_mode, RENDER_MODES)
         super().__init__(library, num_envs, task, autoreset_mode, clip_weights, adaptive_starts, np.asarray)
         self.physics = physics(num_envs, threads)
         self.physics_failures = 0
-        self._autoreset = autoreset_mode == AutoresetMode.SAME_STEP
+        self._autoreset_mode = autoreset_mode
+        self._is_over: np.ndarray = np.zeros(num_envs, dtype=bool)  # which worlds the next step resets
+        self.render_mode = render_mode
+        self._picture: HumanoidPicture | None = None
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[np.ndarray, dict[str, Any]]:
         """Begin episodes.
@@ -72,6 +80,7 @@ class AdaptMimicVectorEnv(MimicVectorEnvBase):
         if seed is not None:
             self.start_sampler.reset()
         options = options or {}
+        check_names(options, RESET_OPTIONS)
         worlds = np.flatnonzero(options.get("reset_mask", np.ones(self.num_envs, dtype=bool)))
         if "clip" in options:
             clip, frame = np.asarray(options["clip"]), np.asarray(options.get("frame", 0))
@@ -79,6 +88,7 @@ class AdaptMimicVectorEnv(MimicVectorEnvBase):
         else:
             clip, frame = self._draw(len(worlds))
         self._begin(worlds, clip, frame, options.get("frames", EPISODE_FRAMES))
+        self._is_over[worlds] = False
         return self._observe(self.physics.bodies(), self.library.at(self._state.row)), {}
 
     def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
@@ -92,20 +102,53 @@ class AdaptMimicVectorEnv(MimicVectorEnvBase):
             ``physics_failed`` (N,), and for worlds that ended ``final_obs`` and ``tracking`` with their masks.
 
         Raises:
-            ValueError: If an action is NaN: smoothing would keep it for good.
+            ValueError: If the actions have another shape, or one is NaN: smoothing would keep it for good.
         """
-        newest = np.asarray(actions, dtype=np.float32).clip(-1.0, 1.0)
-        if np.isnan(newest).any():
-            raise ValueError("actions hold numbers that are not finite, should be from -1 to 1")
-        observation, outcome, info = self._advance(newest)
-        ended = outcome.ended
+        observation, outcome, info = self._advance(self._checked(actions))
+        rewards, terminated, truncated = outcome.rewards, outcome.terminated, outcome.truncated
+        over = self._is_over.nonzero()[0]
+        if len(over):  # only where worlds are reset by the step after their end: what they did in this step is nobody's
+            self.physics_failures -= int(info["physics_failed"][over].sum())
+            for part in (rewards, terminated, truncated, *info.values()):
+                part[over] = 0
+        ended = np.logical_or(terminated, truncated)
         if ended.any():
             worlds = ended.nonzero()[0]
-            self._learn_starts(worlds, outcome.terminated[worlds], ended[worlds])
+            self._learn_starts(worlds, terminated[worlds], ended[worlds])
             info |= {"final_obs": observation, "_final_obs": ended, "tracking": self._tracking(), "_tracking": ended}
-            if self._autoreset:
+            if self._autoreset_mode == AutoresetMode.SAME_STEP:
                 observation = self._restart(worlds, observation)
-        return observation, outcome.rewards, outcome.terminated, outcome.truncated, info
+        if len(over):
+            observation = self._restart(over, observation)
+        if self._autoreset_mode == AutoresetMode.NEXT_STEP:
+            self._is_over = np.asarray(ended)
+        return observation, rewards, terminated, truncated, info
+
+    def render(self) -> tuple[np.ndarray, ...] | None:
+        """Return a picture (480, 640, 3) of each world in mode "rgb_array"; None otherwise."""
+        if self.render_mode is None:
+            return None
+        self._picture = self._picture or HumanoidPicture(self.physics.model)
+        return tuple(self._picture.draw(pose) for pose in self.physics.poses())
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Free the renderer."""
+        if self._picture is not None:
+            self._picture.close()
+            self._picture = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what copies and pickles hold: all but the renderer."""
+        return vars(self) | {"_picture": None}
+
+    def _checked(self, actions: np.ndarray) -> np.ndarray:
+        """Return actions (N, A) clipped to [-1, 1]; see ``step`` for the errors."""
+        newest = np.asarray(actions, dtype=np.float32)
+        if newest.shape != self.action_space.shape:
+            raise ValueError(f"actions have shape {newest.shape}, should be {self.action_space.shape}")
+        if np.isnan(newest).any():
+            raise ValueError("actions hold numbers that are not finite, should be from -1 to 1")
+        return newest.clip(-1.0, 1.0)
 
     def get_state(self) -> dict[str, Any]:
         """Return everything that later steps depend on, as arrays and plain values."""
@@ -114,6 +157,7 @@ class AdaptMimicVectorEnv(MimicVectorEnvBase):
             **{name: array.copy() for name, array in self._arrays().items()},
             "physics_failures": int(self.physics_failures),
             "random": self.np_random.bit_generator.state,
+            "is_over": self._is_over.copy(),
         }
 
     def set_state(self, state: dict[str, Any]) -> np.ndarray:
@@ -122,6 +166,7 @@ class AdaptMimicVectorEnv(MimicVectorEnvBase):
         self._set_arrays({name: np.array(state[name]) for name in self._arrays()})
         self.physics_failures = int(state["physics_failures"])
         self.np_random.bit_generator.state = state["random"]
+        self._is_over = np.array(state["is_over"])
         return self._observe(self.physics.bodies(), self.library.at(self._state.row))
 
     def branch(self, parents: np.ndarray) -> None:
@@ -133,6 +178,7 @@ class AdaptMimicVectorEnv(MimicVectorEnvBase):
         self.physics.branch(parents)
         self._state = WorldState(*(part[parents] for part in self._state))
         self._metrics.sums[:] = self._metrics.sums[:, parents]
+        self._is_over = self._is_over[parents]
 
     def _draw(self, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Return random starts: clips (count,) and frames within them (count,)."""
@@ -153,3 +199,10 @@ class AdaptMimicVectorEnv(MimicVectorEnvBase):
         observation = observation.copy()
         observation[worlds] = self._observe(self.physics.bodies(worlds), start, worlds)
         return observation
+
+
+def check_names(options: Iterable[str], known: Sequence[str]) -> None:
+    """Raise ValueError for an option that is not known."""
+    for name in options:
+        if name not in known:
+            raise ValueError(f"there is no option '{name}'; known are {', '.join(known)}")

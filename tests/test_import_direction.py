@@ -22,7 +22,9 @@ LAYERS = {
     "configs": [{""}],
     "datasets": [
         {"", "motion"},
-        {"formats", "ik"},
+        {"formats", "ik", "joints"},
+        {"damage"},
+        {"performer"},
         {"retarget", "synthetic"},
         {"imu"},
         {"cleanup", "library"},

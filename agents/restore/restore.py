@@ -43,7 +43,7 @@ class Restoration:
 
 
 @torch.inference_mode()
-def restore_poses(model: RestoreModel, clip: BodyMotion) -> Restoration:
+def restore_poses(model: RestoreModel, clip: BodyMotion, seen: np.ndarray | None = None) -> Restoration:
     """Return a clip with the faults taken out of its poses.
 
     A clip longer than the network's window is seen in windows that overlap by half. What they say of the constants is averaged, each with
@@ -56,23 +56,27 @@ def restore_poses(model: RestoreModel, clip: BodyMotion) -> Restoration:
     Args:
         model: Trained network.
         clip: Clip of any length and rate; its root path is not used.
+        seen: Frames that the network is to see, at least one, shape (T,); all if None. In the others no foot stands, and what is found is
+            the constants of those that it sees.
     """
     smooth = resample(smooth_motion(clip), RESTORE_RATE_HZ)
-    seen = by_blocks(lambda part: (body_poses(smooth.cut(part.start, part.stop))[1].astype(np.float32),), len(smooth))[0]
-    rotations = torch.from_numpy(seen.copy())  # one that may be written into, as PyTorch wants it
+    turns = by_blocks(lambda part: (body_poses(smooth.cut(part.start, part.stop))[1].astype(np.float32),), len(smooth))[0]
+    rotations = torch.from_numpy(turns.copy())  # one that may be written into, as PyTorch wants it
     frames, window = len(rotations), model.spec.window
     last = max(frames - window, 0) // PATCH_FRAMES * PATCH_FRAMES
     starts = torch.tensor([*range(0, last, window // 2 // PATCH_FRAMES * PATCH_FRAMES or PATCH_FRAMES), last])
     rows = starts[:, None] + torch.arange(window)
-    mask = rows < frames
-    batches = zip(rows.split(BATCH_WINDOWS), mask.split(BATCH_WINDOWS), strict=True)
-    parts = [_predict(model, rotations[some.clamp(max=frames - 1)], inside) for some, inside in batches]
+    inside = rows.clamp(max=frames - 1)
+    mask = (rows < frames) & _seen_frames(seen, clip, frames)[inside]
+    rows, inside, mask = (table[mask.any(dim=1)] for table in (rows, inside, mask))
+    batches = zip(inside.split(BATCH_WINDOWS), mask.split(BATCH_WINDOWS), strict=True)
+    parts = [_predict(model, rotations[some], within) for some, within in batches]
     predicted = RestorePrediction(*(torch.cat(tracks) for tracks in zip(*parts, strict=True)))
     precision = torch.exp(-2.0 * predicted.constant_log_std)
     constant, variance = (predicted.constant * precision).sum(0) / precision.sum(0), 1.0 / precision.mean(0)
     constant = constant**3 / (constant**2 + SHRINKAGE * variance)
     every = slice(None, None, PATCH_FRAMES)
-    varying = _fade(predicted.varying, rows[:, every] // PATCH_FRAMES, mask[:, every])
+    varying = _fade(predicted.varying, rows[:, every] // PATCH_FRAMES, mask[:, every], (frames - 1) // PATCH_FRAMES + 1)
     correction = _at_frames((constant + varying).double().numpy(), STEP_RATE_HZ, clip)
 
     def corrected(part: slice) -> tuple[np.ndarray, ...]:
@@ -86,8 +90,8 @@ def restore_poses(model: RestoreModel, clip: BodyMotion) -> Restoration:
         replace(clip, local_rotations=by_blocks(corrected, len(clip))[0]),
         constant.double().numpy(),
         variance.sqrt().double().numpy(),
-        _at_frames(_fade(torch.sigmoid(predicted.contacts), rows, mask).double().numpy(), RESTORE_RATE_HZ, clip),
-        _at_frames(_fade(predicted.root, rows, mask).double().numpy(), RESTORE_RATE_HZ, clip),
+        _at_frames(_fade(torch.sigmoid(predicted.contacts), rows, mask, frames).double().numpy(), RESTORE_RATE_HZ, clip),
+        _at_frames(_fade(predicted.root, rows, mask, frames).double().numpy(), RESTORE_RATE_HZ, clip),
     )
 
 
@@ -97,20 +101,29 @@ def _predict(model: RestoreModel, rotations: torch.Tensor, mask: torch.Tensor) -
     return RestorePrediction(*(0.5 * (one + other) for one, other in zip(said, mirrored, strict=True)))
 
 
-def _fade(tracks: torch.Tensor, rows: torch.Tensor, mask: torch.Tensor) -> torch.Tensor:
-    """Return what windows say of each frame, faded from one window to the next.
+def _seen_frames(seen: np.ndarray | None, clip: BodyMotion, frames: int) -> torch.Tensor:
+    """Return which of the clip's ``frames`` at the network's rate are seen, from those of the clip itself (T,)."""
+    if seen is None:
+        return torch.ones(frames, dtype=torch.bool)
+    nearest = np.minimum(np.arange(frames) / RESTORE_RATE_HZ * clip.fps + 0.5, len(clip) - 1).astype(int)
+    return torch.from_numpy(seen[nearest])
+
+
+def _fade(tracks: torch.Tensor, rows: torch.Tensor, mask: torch.Tensor, frames: int) -> torch.Tensor:
+    """Return what windows say of each frame, faded from one window to the next; zero of frames that none says anything of.
 
     Args:
         tracks: What W windows of T frames say, shape (W, T, ...).
         rows: Their frames, shape (W, T).
-        mask: Which of these are frames of the clip, shape (W, T).
+        mask: Which of these are frames of the clip that are seen, shape (W, T).
+        frames: Number of frames of the clip.
     """
     length = rows.shape[1]
     weights = torch.minimum(torch.arange(1, length + 1), torch.arange(length, 0, -1)).expand(rows.shape)[mask].float()
-    total = torch.zeros(int(rows[mask].max()) + 1).index_add_(0, rows[mask], weights)
+    total = torch.zeros(frames).index_add_(0, rows[mask], weights)
     ends = (1,) * (tracks.ndim - 2)
-    summed = torch.zeros(len(total), *tracks.shape[2:]).index_add_(0, rows[mask], tracks[mask] * weights.view(-1, *ends))
-    return summed / total.view(-1, *ends)
+    summed = torch.zeros(frames, *tracks.shape[2:]).index_add_(0, rows[mask], tracks[mask] * weights.view(-1, *ends))
+    return summed / total.clamp(min=1.0).view(-1, *ends)
 
 
 def _at_frames(track: np.ndarray, rate: float, clip: BodyMotion) -> np.ndarray:

@@ -16,6 +16,7 @@ from datasets.motion.frame_blocks import by_blocks
 from datasets.motion.frame_spans import true_spans
 from datasets.motion.humanoid import BODY_NAMES, HEAD_BODY
 from datasets.motion.kinematics import body_poses, centre_of_mass, linear_velocity, lowest_point_heights, sole_points
+from datasets.motion.vectors import unit_vector
 
 # Measured on 656 real clips (dances, martial arts, jumps, runs, squats) and 221 of simulated suits: whoever is on their feet with a low
 # pelvis has the centre of mass this far beyond them for less than 0.75 s. On a chair it is 0.1 to 0.3 m behind, and so it is, for 0.9 s, in
@@ -26,12 +27,16 @@ MAX_COM_SPEED_M_S = 0.8  # m/s, of the centre of mass
 COM_SMOOTHING_S = 0.5  # s, over which overhang and speed are averaged
 MIN_OFF_FEET_S = 0.75  # s, shortest time off the feet that counts
 RESTING_HEIGHT_M = 0.08  # m, of a body's lowest point above the figure's, below which it rests on something; 0.16 for a squatting pelvis
+MAX_LYING_SLOPE = 0.5  # height over length of the way from the pelvis to the head: 30 degrees
+LYING_HEIGHT_M = 0.2  # m, of both ends of a level trunk above the figure's lowest point, such as the shoulder on which it lies
 KNEELING_HEIGHT_M = 0.15  # m, of the knee's joint above the figure's lowest point, below which the knee is on the ground
 UPRIGHT_PELVIS_HEIGHT_M = 0.90  # m, of the pelvis above the lower sole, where sitting down begins and getting up ends
 MAX_RISING_S = 1.5  # s, longest way down or up that is added to a span
 SPAN_MARGIN_S = 0.25  # s, before and after every span
 MIN_ON_FEET_S = 1.0  # s; a shorter time on the feet between two spans belongs to them
+LIES, KNEELS, SITS, CLIMBS, HANGS = "lies", "kneels or crawls", "sits or is held", "climbs", "hangs or is carried"  # reasons
 _TRUNK, _KNEES = [BODY_NAMES.index("spine"), BODY_NAMES.index("chest"), HEAD_BODY], [BODY_NAMES.index("shin_l"), BODY_NAMES.index("shin_r")]
+_TRUNK_ENDS = [BODY_NAMES.index("pelvis"), BODY_NAMES.index("chest")]
 _AROUND = 2.0 * np.pi * np.arange(32) / 32
 _DIRECTIONS = np.stack([np.cos(_AROUND), np.sin(_AROUND)])
 
@@ -55,8 +60,8 @@ def find_off_feet_spans(motion: BodyMotion) -> list[OffFeetSpan]:
 
     Sits or is held: the pelvis is near the figure's lowest point, or it is low and the centre of mass stays behind, before or beside
     the feet, as on a chair or at a partner's hands. Kneels or crawls: the same with a knee on the ground. Lies: spine, chest or head is
-    near the lowest point. Climbs, hangs or is carried: see ``datasets.cleanup.support_levels``. Squats, lunges and all that leaves the
-    feet for less than ``MIN_OFF_FEET_S`` are none of these.
+    near the lowest point, or all of a level trunk is low, as of who lies on an arm. Climbs, hangs or is carried: see
+    ``datasets.cleanup.support_levels``. Squats, lunges and all that leaves the feet for less than ``MIN_OFF_FEET_S`` are none of these.
 
     Args:
         motion: Clip on its ground, with the root that was recorded. If there was none (``rooted``), heights are not used, only those
@@ -78,13 +83,15 @@ def find_off_feet_spans(motion: BodyMotion) -> list[OffFeetSpan]:
     unsupported = seated | _unbalanced(pelvis, overhang, centre, motion.fps)
     down = _lasting(unsupported, motion.fps)
     knelt = down & ~seated & (positions[:, _KNEES, 2].min(axis=1) - bottom < KNEELING_HEIGHT_M)
-    lies = _lasting(lowest[:, _TRUNK].min(axis=1) - bottom < RESTING_HEIGHT_M, motion.fps)
+    level = np.abs(unit_vector(positions[:, HEAD_BODY] - positions[:, 0])[:, 2]) < MAX_LYING_SLOPE
+    along = level & (lowest[:, _TRUNK_ENDS].max(axis=1) - bottom < LYING_HEIGHT_M)
+    lies = _lasting(along | (lowest[:, _TRUNK].min(axis=1) - bottom < RESTING_HEIGHT_M), motion.fps)
     found = {
-        "lies": lies,
-        "kneels or crawls": knelt & ~lies,
-        "sits or is held": down & ~knelt & ~lies,
-        "climbs": detect_climbing(motion, contacts, heights),
-        "hangs or is carried": detect_hanging(motion, contacts, heights, positions, bottom),
+        LIES: lies,
+        KNEELS: knelt & ~lies,
+        SITS: down & ~knelt & ~lies,
+        CLIMBS: detect_climbing(motion, contacts, heights),
+        HANGS: detect_hanging(motion, contacts, heights, positions, bottom),
     }
     return _spans(found, _with_ways(down | lies, pelvis, motion.fps), motion.fps)
 

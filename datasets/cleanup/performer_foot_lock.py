@@ -38,10 +38,10 @@ def lock_performer_feet(motion: Motion, retargeted: Retargeted, contacts: np.nda
     lacking = np.maximum(sunk - moved[..., 2], 0.0)
     left = np.where(level[:, None], 0.0, lacking)
     moved[..., 2] += lacking - left
-    planted = _move_feet(motion, retargeted, moved)
-    _, sunk = _soles(planted, retargeted, usual)  # toes that gave way to the ground are let go as a foot rises
+    motion = _move_feet(motion, retargeted, moved)  # of a long clip there is no room for the one before as well
+    _, sunk = _soles(motion, retargeted, usual)  # toes that gave way to the ground are let go as a foot rises
     rise = np.maximum(sunk - left, 0.0)
-    return _move_feet(planted, retargeted, rise[..., None] * np.array([0.0, 0.0, 1.0]))
+    return _move_feet(motion, retargeted, rise[..., None] * np.array([0.0, 0.0, 1.0]))
 
 
 def _move_feet(motion: Motion, retargeted: Retargeted, moved: np.ndarray) -> Motion:

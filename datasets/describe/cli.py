@@ -17,14 +17,15 @@ from configs.errors import InputError
 from configs.exit_codes import run_command
 from datasets.describe.picture import draw
 from datasets.formats.motion_file import FORMATS_IN_WORDS
+from datasets.joints.joint_mapping import OPTIONAL_BODIES
+from datasets.joints.mapping_draft import JointMapError, save_draft
 from datasets.library.sources import find_motion_files
 from datasets.motion.humanoid import BODY_NAMES
-from datasets.retarget.joint_mapping import OPTIONAL_BODIES, JointMapping
-from datasets.retarget.mapping_draft import JointMapError, save_draft
-from datasets.retarget.performer_clip import PerformerClip, load_performer_clip, name_of_unit
+from datasets.performer.performer_clip import PerformerClip, load_performer_clip, name_of_unit
+from datasets.performer.reading_arguments import add_reading_options, parse_reading, reading_from_arguments
+from datasets.performer.reading_options import ReadingOptions
 from datasets.retarget.plausibility import find_implausible
-from datasets.retarget.reading import facing
-from datasets.retarget.reading_options import add_reading_options, mapping_from_options, parse_reading
+from datasets.retarget.read_as import facing
 from datasets.retarget.retarget import Retargeted, retarget
 from datasets.retarget.retarget_error import RetargetMetrics, measure_retarget
 
@@ -64,12 +65,12 @@ class Description:
     warnings: tuple[str, ...]
 
 
-def describe(source: Path, mapping: JointMapping | None = None) -> tuple[list[Description], list[InputError]]:
+def describe(source: Path, reading: ReadingOptions | None = None) -> tuple[list[Description], list[InputError]]:
     """Return descriptions of the files of a source, and what is wrong with those of a folder that were left out.
 
     Args:
         source: Motion file, or a folder of them.
-        mapping: Joints, unit, axes and rate of all the files; what it leaves out is detected.
+        reading: Joints, unit, axes and rate of all the files; what it leaves out is detected.
 
     Returns:
         A description for each file, sorted by path, and errors.
@@ -80,7 +81,7 @@ def describe(source: Path, mapping: JointMapping | None = None) -> tuple[list[De
     described, broken = [], []
     for path in track(find_motion_files(source), "reading", console=Console(stderr=True), transient=True):
         try:
-            retargeted = retarget(load_performer_clip(path, mapping))
+            retargeted = retarget(load_performer_clip(path, reading))
         except InputError as error:
             if source.is_file():
                 raise
@@ -143,7 +144,7 @@ def _notes(description: Description) -> list[str]:
     lacking = [body for body in OPTIONAL_BODIES if body not in performer_clip.joint_map]
     locked = [f"{BODY_NAMES[body]} {share:.1%}" for body, share in enumerate(fidelity.near_lock) if share > 0.005]
     notes = {
-        "left and right exchanged": performer_clip.mapping.mirror,
+        "left and right exchanged": performer_clip.reading.mirror,
         f"T-pose dropped ({performer_clip.dropped_frames} frames)": performer_clip.dropped_frames,
         f"no {', '.join(lacking)}": lacking,
         "rest pose not human": not calibration.rest_is_human,
@@ -178,7 +179,7 @@ def main(arguments: list[str] | None = None, prog: str = "python -m datasets.des
 
 def _run(options: argparse.Namespace) -> None:
     try:
-        described, broken = describe(options.path, mapping_from_options(options))
+        described, broken = describe(options.path, reading_from_arguments(options))
     except JointMapError as error:
         raise save_draft(error, error.clip, Path()) from error
     for line in _left_out(broken):

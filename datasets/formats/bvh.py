@@ -20,6 +20,7 @@ from configs.errors import InputError
 from datasets.formats.bvh_channels import find_relative_positions, position_columns, rotation_columns
 from datasets.formats.bvh_parser import Vector, parse_bvh
 from datasets.motion.frame_blocks import frame_blocks
+from datasets.motion.frozen_array import frozen
 
 POSITION_CHANNELS = ("Xposition", "Yposition", "Zposition")
 ROTATION_CHANNELS = ("Zrotation", "Xrotation", "Yrotation")  # the usual order
@@ -83,10 +84,9 @@ class Bvh:
         joints = len(self.names)
         _depths(self.parents)
         for name, columns in (("offsets", 3), ("values", sum(map(len, self.channels)))):
-            table = np.array(getattr(self, name), dtype=float)
+            table = frozen(getattr(self, name))
             if table.ndim != 2 or table.shape[1] != columns or not np.isfinite(table).all():
                 raise ValueError(f"{name} of shape {table.shape} should be finite numbers in {columns} columns")
-            table.setflags(write=False)
             object.__setattr__(self, name, table)
         if not joints == len(self.parents) == len(self.offsets) == len(self.channels) == len(self.end_sites):
             raise ValueError(f"parents, offsets, channels and end_sites should have one entry for each of {joints} joints")

@@ -63,7 +63,7 @@ def read_motion_file(
 
     Args:
         path: BVH, MVNX, AMC, FBX, GLB or glTF file.
-        figure: Number of the figure to read, from 1, in a BVH file with several ROOTs or a scene with several skeletons.
+        figure: Number of the figure to read, from 1, in a BVH or MVNX file or a scene with several.
         skeleton: ASF file of an AMC file, None to find it beside that.
         fps: Frame rate that the user gave [1/s], for BVH and AMC files, whose own may lack or be wrong.
 
@@ -76,7 +76,7 @@ def read_motion_file(
     path = Path(path)
     suffix = path.suffix.lower()
     if suffix == MVNX_SUFFIX:
-        return read_mvnx_as_bvh(path)
+        return read_mvnx_as_bvh(path, figure)
     if suffix == AMC_SUFFIX:
         return read_asf_amc(path, skeleton, fps)
     if suffix in SCENE_SUFFIXES:

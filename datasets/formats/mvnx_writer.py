@@ -36,7 +36,7 @@ def write_mvnx(path: Path, bvh: Bvh, source: Path) -> tuple[str, ...]:
     Raises:
         InputError: If the recorded file cannot be read again, or the new one cannot be written.
     """
-    recorded = read_mvnx(source)
+    recorded = read_mvnx(source, bvh.stated.figure)
     if len(bvh.values) != len(recorded.positions) or sorted(bvh.names) != sorted(recorded.segments):
         raise InputError(f"{source}: holds other segments or frames than when it was read; clean it again")
     order = [bvh.names.index(segment) for segment in recorded.segments]
@@ -48,7 +48,7 @@ def write_mvnx(path: Path, bvh: Bvh, source: Path) -> tuple[str, ...]:
     try:
         with atomic_write(path) as temporary, temporary.open("wb") as file:
             end = 0
-            for tag, frame, start, stop in _spans(data, source):
+            for tag, frame, start, stop in _spans(data, source, recorded.subject):
                 if tag == _RATE and rate is None:
                     continue
                 file.write(data[end:start])
@@ -69,9 +69,9 @@ def _rows(table: np.ndarray) -> list[bytes]:
 class _Spans:
     """Handlers of an expat parser that collect where the rate and the texts of positions and orientations stand in a file."""
 
-    def __init__(self, data: bytes) -> None:
-        """Begin before the file's first byte."""
-        self.data, self.parser = data, expat.ParserCreate()
+    def __init__(self, data: bytes, subject: int) -> None:
+        """Begin before the file's first byte; ``subject`` is the index of the subject that counts."""
+        self.data, self.parser, self.wanted = data, expat.ParserCreate(), subject + 1
         self.parser.StartElementHandler, self.parser.EndElementHandler = self._start, self._end
         self.path: list[str] = []
         self.found: list[tuple[str, int, int, int]] = []
@@ -81,11 +81,11 @@ class _Spans:
         self.path.append(name.rpartition(":")[2])
         if self.path == ["mvnx", "subject"]:
             self.subjects += 1
-            if self.subjects == 1:
+            if self.subjects == self.wanted:
                 found = re.compile(rb"""\sframeRate\s*=\s*(["'])([^"']*)\1""").search(self.data, self.parser.CurrentByteIndex)
                 self.found += [(_RATE, 0, *found.span(2))] if found else []
         if self.path == ["mvnx", "subject", "frames", "frame"]:
-            self.normal = self.subjects == 1 and attributes.get("type", "normal") == "normal"
+            self.normal = self.subjects == self.wanted and attributes.get("type", "normal") == "normal"
             self.frame += self.normal
         self.begin = self.data.index(b">", self.parser.CurrentByteIndex) + 1
 
@@ -95,15 +95,16 @@ class _Spans:
         self.path.pop()
 
 
-def _spans(data: bytes, source: Path) -> list[tuple[str, int, int, int]]:
+def _spans(data: bytes, source: Path, subject: int) -> list[tuple[str, int, int, int]]:
     """Return tag, frame, first byte and end of the text of the rate and of all frames' positions and orientations, in the file's order.
 
     Args:
         data: Contents of a checked file.
         source: Its name.
+        subject: Index of the subject that is meant.
     """
     if b"\0" in data[:MAX_ENCODING_BYTES]:
         raise InputError(f"{source}: is UTF-16 text; save it as UTF-8 to write MVNX, or write a BVH file")
-    spans = _Spans(data)
+    spans = _Spans(data, subject)
     spans.parser.Parse(data, True)
     return spans.found

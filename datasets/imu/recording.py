@@ -14,9 +14,9 @@ from datasets.imu.sensor_model import SENSOR_BODIES, SENSOR_RATE_HZ
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_NAMES
 from datasets.motion.rotation import from_yaw, rotate
-from datasets.retarget.file_axes import turn_points
-from datasets.retarget.joint_mapping import JointMapping
-from datasets.retarget.performer_clip import load_recording
+from datasets.performer.file_axes import turn_points
+from datasets.performer.performer_clip import load_recording
+from datasets.performer.reading_options import ReadingOptions
 from datasets.retarget.retarget import Retargeted, retarget
 
 
@@ -36,12 +36,12 @@ class ImuRecording:
     measured: tuple[str, ...]
 
 
-def read_imu_recording(path: str | os.PathLike[str], mapping: JointMapping | None = None) -> ImuRecording:
+def read_imu_recording(path: str | os.PathLike[str], reading: ReadingOptions | None = None) -> ImuRecording:
     """Read a suit's clip and accelerations: on the 20 bodies, scaled, facing x and on the ground.
 
     Args:
         path: File with free accelerations, such as MVNX.
-        mapping: Known roles of its segments; the others are detected.
+        reading: Known joints of its segments; the others are detected.
 
     Returns:
         Clip, and accelerations rotated and scaled with it; bodies without a sensor get theirs from the pose.
@@ -49,7 +49,7 @@ def read_imu_recording(path: str | os.PathLike[str], mapping: JointMapping | Non
     Raises:
         InputError: If the file is broken, or no human or no pelvis sensor is found in it.
     """
-    bvh, performer_clip = load_recording(path, mapping)
+    bvh, performer_clip = load_recording(path, reading)
     retargeted = retarget(performer_clip)
     accelerations = measured_accelerations(bvh, retargeted, retargeted.motion)
     if accelerations is None:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -193,6 +193,10 @@ class MotionLibrary:
     def on_device(self, to_device: Callable[[np.ndarray], Array]) -> Self:
         """Return the same clips with their arrays converted by ``to_device``, such as to tensors on a GPU."""
         return replace(self, **{name: to_device(array) for name, array in self.arrays().items()})
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        """Return the library itself, which nobody changes: copies of an env share its motion."""
+        return self
 
     def __len__(self) -> int:
         """Return the number of frames of all clips together."""

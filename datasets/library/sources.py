@@ -18,8 +18,9 @@ from datasets.formats.motion_file import FORMATS_IN_WORDS, READABLE_SUFFIXES, is
 from datasets.imu.recording import measured_accelerations
 from datasets.motion.clip import FPS, BodyMotion
 from datasets.motion.kinematics import resample
-from datasets.retarget.joint_mapping import JointMapping
-from datasets.retarget.performer_clip import load_recording
+from datasets.performer.performer_clip import load_recording
+from datasets.performer.reading_options import ReadingOptions
+from datasets.retarget.plausibility import find_implausible
 from datasets.retarget.retarget import retarget
 
 SYNTHETIC_SOURCE = "synthetic"
@@ -39,10 +40,12 @@ class SourceMotion:
         clip: Clip on the 20 bodies.
         accelerations: Free accelerations measured by the suit, in the clip's world, at 100 Hz [m/s^2], shape (N, 19, 3); None if the
             file holds none.
+        notices: Lines on what was guessed or mended of its file, or looks wrong.
     """
 
     clip: BodyMotion
     accelerations: np.ndarray | None = None
+    notices: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -67,19 +70,19 @@ def _say(line: str) -> None:
 
 def load_clips(
     source: str | os.PathLike[str],
-    mapping: JointMapping | None = None,
+    reading: ReadingOptions | None = None,
     fps: float = FPS,
     seed: int = 0,
     progress: Callable[[Sequence[Any]], Iterable[Any]] = iter,
     say: Callable[[str], None] = _say,
 ) -> list[BodyMotion]:
     """Return the clips of a motion source; arguments and errors are those of ``load_source_motions``."""
-    return [one.clip for one in load_source_motions(source, mapping, fps, seed, progress, say)]
+    return [one.clip for one in load_source_motions(source, reading, fps, seed, progress, say)]
 
 
 def load_source_motions(
     source: str | os.PathLike[str],
-    mapping: JointMapping | None = None,
+    reading: ReadingOptions | None = None,
     fps: float = FPS,
     seed: int = 0,
     progress: Callable[[Sequence[Any]], Iterable[Any]] = iter,
@@ -89,11 +92,11 @@ def load_source_motions(
 
     Args:
         source: Motion file, folder of them (searched with its subfolders, in the order of paths), or "synthetic".
-        mapping: Known joints, unit and axes of all the files; the rest is detected.
+        reading: Known joints, unit and axes of all the files; the rest is detected.
         fps: Frame rate of the returned clips [1/s].
         seed: Seed of synthetic motion.
         progress: Wraps the loop over the files, such as a progress bar.
-        say: Called with a line for each broken file of a folder, which is left out.
+        say: Called with a line for each broken file of a folder, which is left out, and with one on all that was guessed or mended.
 
     Returns:
         Clips on the 20 bodies with unique names, credited by the ``motions.csv`` of the folder or of one above it.
@@ -107,7 +110,7 @@ def load_source_motions(
         return [SourceMotion(resample(clip, fps)) for clip in synthetic_clips(seed=seed)]
     paths = find_motion_files(source)
     read, broken = [], []
-    for path, one in zip(paths, map_on_cores(partial(_read, mapping=mapping, fps=fps), paths, progress), strict=True):
+    for path, one in zip(paths, map_on_cores(partial(_read, reading=reading, fps=fps), paths, progress), strict=True):
         if isinstance(one, SourceMotion):
             read.append((path, one))
         else:
@@ -118,6 +121,10 @@ def load_source_motions(
         say(f"{error}; left out")
     if not read:
         raise InputError(f"{source}: none of {len(paths)} motion files can be read, see above")
+    noticed = [(path, one.notices[0]) for path, one in read if one.notices]
+    if noticed:
+        some = f"{len(noticed)} of {len(read)} files were read with something guessed or mended, or look wrong"
+        say(f"{source}: {some}, such as {noticed[0][0].name}: {noticed[0][1]} All lines: python -m datasets.describe {source}")
     names, index = unique_names([path for path, _ in read]), read_index(paths[0])
     recordings = []
     for (path, one), name in zip(read, names, strict=True):
@@ -127,15 +134,16 @@ def load_source_motions(
     return recordings
 
 
-def _read(path: Path, mapping: JointMapping | None, fps: float) -> SourceMotion | InputError:
+def _read(path: Path, reading: ReadingOptions | None, fps: float) -> SourceMotion | InputError:
     """Return the clip of a file with its accelerations, or what is wrong with the file."""
     try:
-        bvh, performer_clip = load_recording(path, mapping)
+        bvh, performer_clip = load_recording(path, reading)
         retargeted = retarget(performer_clip)
     except InputError as error:
         return InputError(str(error))  # one of another class may not travel between processes
     clip = resample(retargeted.motion, fps)
-    return SourceMotion(clip, measured_accelerations(bvh, retargeted, clip))
+    notices = (*performer_clip.notices, *find_implausible(retargeted))
+    return SourceMotion(clip, measured_accelerations(bvh, retargeted, clip), notices)
 
 
 def find_motion_files(source: str | os.PathLike[str]) -> list[Path]:

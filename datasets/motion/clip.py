@@ -5,6 +5,7 @@ from typing import Self
 
 import numpy as np
 
+from datasets.motion.frozen_array import frozen
 from datasets.motion.humanoid import BODY_COUNT
 from datasets.motion.skeleton import Skeleton
 
@@ -14,23 +15,12 @@ FPS = 60.0  # 1/s, frame rate of every reference
 
 def _freeze(owner: object, field: str, shape_tail: tuple[int, ...]) -> None:
     """Replace an array field by a read-only float array, checked for its shape (T, *shape_tail) and for finite numbers."""
-    array = getattr(owner, field)
-    array = array if _is_frozen(array) else np.array(array, dtype=float)
+    array = frozen(getattr(owner, field))
     if array.ndim != 1 + len(shape_tail) or array.shape[1:] != shape_tail or not len(array):
         raise ValueError(f"{field} has shape {array.shape}, should be (frames, {', '.join(map(str, shape_tail))})")
     if not np.isfinite(array).all():
         raise ValueError(f"{field} holds numbers that are not finite")
-    array.setflags(write=False)
     object.__setattr__(owner, field, array)
-
-
-def _is_frozen(array: object) -> bool:
-    """Return whether nobody can write into a float array, so that it needs no copy: neither it nor what it is a view of is writable."""
-    while isinstance(array, np.ndarray) and array.dtype == float and not array.flags.writeable:
-        if array.base is None:
-            return True
-        array = array.base
-    return False
 
 
 @dataclass(frozen=True)

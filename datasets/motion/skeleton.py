@@ -1,9 +1,11 @@
 """Skeletons (names, parents and rest offsets of joints) and their forward kinematics."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from datasets.motion.frame_blocks import by_blocks
 from datasets.motion.rotation import multiply, rotate
 
 
@@ -53,4 +55,27 @@ def forward_kinematics(parents: tuple[int, ...], local_positions: np.ndarray, lo
     for joint, parent in enumerate(parents[1:], start=1):
         positions[..., joint, :] = positions[..., parent, :] + rotate(rotations[..., parent, :], local_positions[..., joint, :])
         rotations[..., joint, :] = multiply(rotations[..., parent, :], local_rotations[..., joint, :])
+    return positions, rotations
+
+
+def joint_tracks(
+    parents: tuple[int, ...], local_positions: np.ndarray, local_rotations: np.ndarray, joints: Sequence[int]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the positions and rotations in the world of some joints of a clip, in little more memory than these take.
+
+    Args:
+        parents: Index of the parent of each of the J joints, root first.
+        local_positions: Position of each joint in its parent's frame, of the root in the world [m], shape (T, J, 3).
+        local_rotations: Rotation of each joint relative to its parent, of the root to the world, wxyz, shape (T, J, 4).
+        joints: Joints that are wanted, N of them.
+
+    Returns:
+        Positions (T, N, 3) [m] and rotations (T, N, 4), wxyz, read-only.
+    """
+
+    def block(part: slice) -> tuple[np.ndarray, ...]:
+        positions, rotations = forward_kinematics(parents, local_positions[part], local_rotations[part])
+        return positions[:, joints], rotations[:, joints]
+
+    positions, rotations = by_blocks(block, len(local_rotations))
     return positions, rotations

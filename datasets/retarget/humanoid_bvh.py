@@ -5,8 +5,8 @@ import numpy as np
 from datasets.formats.bvh import Bvh, channel_values
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_COM_OFFSETS, BODY_NAMES, SKELETON
-from datasets.retarget.file_axes import AXES, turn_points, turn_rotations
-from datasets.retarget.performer_clip import METRES_PER_UNIT
+from datasets.performer.file_axes import AXES, turn_points, turn_rotations
+from datasets.performer.performer_clip import METRES_PER_UNIT
 
 UNIT, TO_FILE = METRES_PER_UNIT["cm"], AXES["y"].T
 _TURNS = ("Zrotation", "Xrotation", "Yrotation")

@@ -6,11 +6,11 @@ import numpy as np
 
 from configs.errors import InputError
 from datasets.ik.two_bone_ik import solve_two_bone_ik
+from datasets.joints.joint_tree import ancestors, torso_root
 from datasets.motion.clip import Motion
 from datasets.motion.kinematics import joint_poses
 from datasets.motion.rotation import conjugate, multiply, rotate
-from datasets.retarget.joint_tree import ancestors, torso_root
-from datasets.retarget.performer_clip import PerformerClip
+from datasets.performer.performer_clip import PerformerClip
 from datasets.retarget.retarget import Retargeted
 
 

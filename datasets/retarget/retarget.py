@@ -12,21 +12,33 @@ from typing import Self
 import numpy as np
 
 from datasets.ik.two_bone_ik import bend_normal
+from datasets.joints.joint_tree import JointMap
 from datasets.motion.clip import BodyMotion, Motion
 from datasets.motion.frame_blocks import by_blocks
 from datasets.motion.humanoid import BODIES, BODY_NAMES, FOOT_AND_TOE_BODIES, LEG_LENGTH, SKELETON
-from datasets.motion.kinematics import MAX_LEVEL_DIFFERENCE_M, align_quaternion_signs, body_poses, clip_lowest_heights, joint_poses
+from datasets.motion.kinematics import (
+    MAX_LEVEL_DIFFERENCE_M,
+    align_quaternion_signs,
+    body_poses,
+    clip_lowest_heights,
+    joint_poses,
+    lowest_point_heights,
+)
 from datasets.motion.rotation import conjugate, cross, from_axis_angle, from_yaw, heading, multiply, rotate
+from datasets.motion.skeleton import joint_tracks
 from datasets.motion.vectors import rotation_from_axes, unit_vector
+from datasets.performer.performer_clip import PerformerClip, leg_length
 from datasets.retarget.calibration import LIMB_HINGES, PerformerCalibration, WorldPoses, calibrate_performer
-from datasets.retarget.joint_tree import JointMap
-from datasets.retarget.performer_clip import PerformerClip, leg_length
 
 # The ground is where feet stand: measured on 48 CMU clips, this quarter of standing soles left them floating 5 mm and
 # sinking 3 mm on average, where the lowest tenth of all frames left them floating 18 mm and sinking 1 mm.
 STANDING_PERCENTILE = 25.0
 LOWEST_PERCENTILE = 30.0  # of the lowest point in all frames, if no foot ever stands
-MIN_PELVIS_TRAVEL_M = 0.01  # m; a pelvis that moves less was not recorded: nobody keeps so still
+MIN_PELVIS_TRAVEL_M = 0.01  # m; a pelvis that moves less was not recorded, unless what bears the body keeps its place, too
+MAX_FOOT_SHIFT_M = 0.02  # m, from its usual place, of a foot that keeps it
+LYING_HEIGHT_M = 0.2  # m, of the trunk's lowest point above the figure's, below which it rests on the ground or on an arm there
+MIN_BORNE_SHARE = 0.99  # of the frames, in which the trunk rests on the ground or a foot keeps its place, where the pelvis does by right
+_TRUNK = [BODY_NAMES.index(body) for body in ("pelvis", "spine", "chest", "head")]
 TOE_BEND = np.radians(60.0)  # rad, largest bend by which a toe gives way to the ground
 TOE_RELEASE = 0.2  # m, height of the toe's joint over which the bend is released: well clear of the ground, and no whip at lift-off
 
@@ -84,20 +96,21 @@ def retarget(performer_clip: PerformerClip) -> Retargeted:
     Returns:
         Clip at its own frame rate and the transformation.
     """
-    positions, rotations = joint_poses(performer_clip.motion)
-    scale = LEG_LENGTH / leg_length(positions, performer_clip.joint_map)
-    world = _world(positions, rotations, performer_clip.joint_map, scale)
+    own, joint_map = performer_clip.motion, performer_clip.joint_map
+    tracks = joint_tracks(own.skeleton.parents, own.local_positions, own.local_rotations, list(joint_map.values()))
+    places = {body: number for number, body in enumerate(joint_map)}
+    scale = LEG_LENGTH / leg_length(tracks[0], places)
+    world = _world(*tracks, places, scale)
     calibration = calibrate_performer(
         performer_clip, world, {f"foot_{side}": scale * foot_tip(performer_clip, f"foot_{side}") for side in "lr"}
     )
-    root, local = _body_pose(world, calibration)
+    root, local = by_blocks(lambda part: _body_pose(world.cut(part), calibration), len(own))
     yaw, origin = float(heading(local[0, 0])), root[0, :2].copy()
     root, local = _to_origin(root, local, origin, yaw)
-    motion = BodyMotion(
-        root, local, performer_clip.motion.fps, performer_clip.motion.name, rooted=_has_root_path(world.positions["pelvis"])
-    )
+    motion = BodyMotion(root, local, performer_clip.motion.fps, performer_clip.motion.name)
     lift = -_ground(motion, calibration.stance_mask)
     motion = _bend_toes(replace(motion, root_position=root + np.array([0.0, 0.0, lift])))
+    motion = replace(motion, rooted=_has_root_path(motion, world.positions["pelvis"]))
     return Retargeted(motion, performer_clip, calibration, scale, origin, yaw, lift)
 
 
@@ -116,7 +129,8 @@ def retarget_with(retargeted: Retargeted, motion: Motion) -> BodyMotion:
 
     root, local, pelvis = by_blocks(block, len(motion))
     local = align_quaternion_signs(local)
-    return _bend_toes(replace(retargeted.motion, root_position=root, local_rotations=local, rooted=_has_root_path(pelvis)))
+    moved = _bend_toes(replace(retargeted.motion, root_position=root, local_rotations=local))
+    return replace(moved, rooted=_has_root_path(moved, pelvis))
 
 
 def _world(positions: np.ndarray, rotations: np.ndarray, joint_map: JointMap, scale: float) -> WorldPoses:
@@ -134,9 +148,25 @@ def _to_origin(root: np.ndarray, local: np.ndarray, origin: np.ndarray, yaw: flo
     return rotate(turn, root - np.append(origin, 0.0)), align_quaternion_signs(placed)
 
 
-def _has_root_path(pelvis: np.ndarray) -> bool:
-    """Return whether the recording holds a path of the pelvis (T, 3) [m]: whether that moves at all."""
-    return bool(np.ptp(pelvis, axis=0).max() > MIN_PELVIS_TRAVEL_M)
+def _has_root_path(motion: BodyMotion, pelvis: np.ndarray) -> bool:
+    """Return whether the recording holds the pelvis' path: it moves, or it rightly keeps still, as of who lies or stands motionless.
+
+    Args:
+        motion: Clip on the 20 bodies.
+        pelvis: Positions of the performer's pelvis in their size [m], shape (T, 3).
+    """
+    if np.ptp(pelvis, axis=0).max() > MIN_PELVIS_TRAVEL_M:
+        return True
+
+    def block(part: slice) -> tuple[np.ndarray, ...]:
+        positions, rotations = body_poses(motion.cut(part.start, part.stop))
+        lowest = lowest_point_heights(positions, rotations)
+        rests = lowest[:, _TRUNK].min(axis=1) - lowest.min(axis=1) < LYING_HEIGHT_M
+        return rests, positions[:, [foot for foot, _ in FOOT_AND_TOE_BODIES]]
+
+    rests, feet = by_blocks(block, len(motion))
+    shifts = np.linalg.norm(feet - np.median(feet, axis=0), axis=-1).min(axis=1)  # of the foot that keeps its place
+    return float(np.mean(rests | (shifts < MAX_FOOT_SHIFT_M))) >= MIN_BORNE_SHARE
 
 
 def foot_tip(performer_clip: PerformerClip, foot: str) -> np.ndarray:
@@ -151,7 +181,9 @@ def foot_tip(performer_clip: PerformerClip, foot: str) -> np.ndarray:
 def _ground(motion: BodyMotion, stands: np.ndarray) -> float:
     """Return the height [m] of the ground under a clip; ``stands`` (T, 2) tells whether the left and the right foot stand."""
     lowest = clip_lowest_heights(motion)
-    soles = lowest[:, [foot for foot, _ in FOOT_AND_TOE_BODIES]][stands]
+    feet = lowest[:, [foot for foot, _ in FOOT_AND_TOE_BODIES]]
+    bears = feet - lowest.min(axis=1, keepdims=True) < MAX_LEVEL_DIFFERENCE_M  # not the still feet of who lies
+    soles = feet[stands & bears]
     if not len(soles):
         return float(np.percentile(lowest.min(axis=-1), LOWEST_PERCENTILE))
     return float(np.percentile(soles[soles < np.percentile(soles, 10) + MAX_LEVEL_DIFFERENCE_M], STANDING_PERCENTILE))

@@ -6,9 +6,9 @@ import numpy as np
 
 from datasets.motion.discontinuities import find_discontinuities
 from datasets.motion.humanoid import BODIES, BODY_COUNT, BODY_NAMES, FOOT_AND_TOE_BODIES, hinge_angles, hinge_slice
-from datasets.motion.kinematics import body_poses, lowest_point_heights
+from datasets.motion.kinematics import body_poses, clip_lowest_heights
 from datasets.motion.rotation import conjugate, rotate
-from datasets.motion.skeleton import forward_kinematics
+from datasets.motion.skeleton import joint_tracks
 from datasets.retarget.retarget import Retargeted
 
 NEAR_GIMBAL_LOCK_RAD = np.radians(75.0)  # rad, of a middle hinge; at 90 degrees the outer two turn about one axis
@@ -39,8 +39,9 @@ class RetargetMetrics:
 def performer_points(retargeted: Retargeted) -> dict[str, np.ndarray]:
     """Return the performer's joints by body name in the world of the 20 bodies [m], shape (T, 3) each."""
     motion = retargeted.performer_clip.motion
-    positions, _ = forward_kinematics(motion.skeleton.parents, motion.local_positions, motion.local_rotations)
-    return {body: retargeted.to_humanoid_world(positions[:, joint]) for body, joint in retargeted.performer_clip.joint_map.items()}
+    joint_map = retargeted.performer_clip.joint_map
+    places, _ = joint_tracks(motion.skeleton.parents, motion.local_positions, motion.local_rotations, list(joint_map.values()))
+    return {body: retargeted.to_humanoid_world(places[:, number]) for number, body in enumerate(joint_map)}
 
 
 def measure_retarget(retargeted: Retargeted) -> RetargetMetrics:
@@ -55,7 +56,7 @@ def measure_retarget(retargeted: Retargeted) -> RetargetMetrics:
         world[index] = np.linalg.norm(off + lift, axis=-1).mean()
         seen = rotate(conjugate(rotations[:, 0]), off)
         moving[index] = np.linalg.norm(seen - seen.mean(axis=0), axis=-1).mean()
-    lowest_foot = lowest_point_heights(positions, rotations)[:, [body for foot in FOOT_AND_TOE_BODIES for body in foot]].min(axis=-1)
+    lowest_foot = clip_lowest_heights(retargeted.motion)[:, [body for foot in FOOT_AND_TOE_BODIES for body in foot]].min(axis=-1)
     angles = hinge_angles(retargeted.motion.local_rotations)
     return RetargetMetrics(
         local, moving, world, lowest_foot, len(find_discontinuities(positions, retargeted.motion.fps)), _near_lock(angles)

@@ -10,21 +10,21 @@ from dataclasses import replace
 import numpy as np
 
 from configs.errors import InputError
+from datasets.damage.damage import ROOT_JUMP, Damage
 from datasets.formats.bvh import POSITION_CHANNELS, Bvh, channel_values, local_pose
 from datasets.formats.bvh_channels import position_columns
+from datasets.joints.joint_tree import ancestors, torso_root
 from datasets.motion.clip import BodyMotion, Motion
 from datasets.motion.frame_blocks import by_blocks
 from datasets.motion.humanoid import BODY_NAMES
 from datasets.motion.kinematics import body_poses, joint_poses
 from datasets.motion.rotation import conjugate, from_yaw, multiply, rotate, rotation_angle
 from datasets.motion.skeleton import forward_kinematics
-from datasets.retarget.damage import ROOT_JUMP, Damage
-from datasets.retarget.file_axes import turn_points, turn_rotations
-from datasets.retarget.joint_tree import ancestors, torso_root
-from datasets.retarget.performer_clip import PerformerClip
+from datasets.performer.file_axes import turn_points, turn_rotations
+from datasets.performer.performer_clip import PerformerClip
+from datasets.performer.tree_edits import level_added_feet
 from datasets.retarget.pose_edits import find_carrier, set_world_rotations, solve_leg_ik, translate_hips
 from datasets.retarget.retarget import Retargeted
-from datasets.retarget.tree_edits import level_added_feet
 
 DECIMALS = 6  # decimals of written numbers [degrees, file unit]
 SAME_ANGLE_RAD, SAME_POSITION_M = 1e-6, 1e-7  # rad and m, up to which a change leaves the channels' numbers as they were
@@ -108,8 +108,8 @@ def to_performer_bvh(bvh: Bvh, performer_clip: PerformerClip, motion: Motion) ->
     opened = replace(motion, local_positions=performer_clip.written_jumps.opened(motion.local_positions))
     bridged = _bridged_values(bvh.values, performer_clip.damage)
     dropped, frame_time = performer_clip.dropped_frames, bvh.frame_time
-    if performer_clip.mapping.fps:
-        frame_time = 1.0 / performer_clip.mapping.fps
+    if performer_clip.reading.fps:
+        frame_time = 1.0 / performer_clip.reading.fps
 
     def block(part: slice) -> tuple[np.ndarray, ...]:
         own = replace(bvh, values=bvh.values[part])

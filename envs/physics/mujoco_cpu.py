@@ -5,6 +5,7 @@ contacts and other constraints measures the bodies in its states; measuring in t
 """
 
 from copy import copy
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -50,6 +51,7 @@ class CpuPhysics:
             ValueError: If a control step is not a whole number of the model's time steps.
         """
         _disable_engine_log()
+        self._worlds, self._threads = worlds, threads
         self.model = build_model() if model is None else model
         self.steps = engine_steps(self.model, CONTROL_STEP_S)
         self._batch, self._measuring_batch = (Batch(_without(self.model, part), worlds, threads) for part in (_SENSORS, _CONSTRAINTS))
@@ -58,6 +60,10 @@ class CpuPhysics:
         self._xpos, self._xmat, self._sensors = (self._measuring_batch.bind(name) for name in ("xpos", "xmat", "sensordata"))
         self._speeds = self._measuring_batch.bind("qvel")
         self._moved = slice(mujoco.mj_stateSize(self.model, _MOVED))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copy and pickle the model and the state of the worlds; the engine's batches are built anew."""
+        return _restored, (type(self), self._worlds, self._threads, self.model, self.get_state())
 
     def reset(self, worlds: np.ndarray, pose: np.ndarray, vel: np.ndarray) -> None:
         """Put worlds into a state; see ``Physics.reset``."""
@@ -148,6 +154,13 @@ class RecordingPhysics(CpuPhysics):
         for _ in range(FRAMES_PER_STEP):
             self._batch.step(nstep=engine_steps(self.model, 1.0 / FPS))
             self.substates.append(self.motion())
+
+
+def _restored(kind: type[CpuPhysics], worlds: int, threads: int, model: mujoco.MjModel, state: np.ndarray) -> CpuPhysics:
+    """Return the physics that was copied or pickled."""
+    physics = kind(worlds, threads, model)
+    physics.set_state(state)
+    return physics
 
 
 def _without(model: mujoco.MjModel, part: mujoco.mjtDisableBit) -> mujoco.MjModel:

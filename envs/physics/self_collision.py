@@ -84,14 +84,14 @@ def remove_self_penetration(motion: BodyMotion) -> BodyMotion:
     return _without_far_shifts(motion, poses[:, 7:], changed) if changed.any() else motion
 
 
-def find_overlaps(motion: BodyMotion) -> tuple[Overlap, ...]:
-    """Return the spans of a clip in which bodies overlap by ``MIN_TOLD_OVERLAP_M`` or more, the deepest first."""
+def find_overlaps(motion: BodyMotion, start_s: float = 0.0) -> tuple[Overlap, ...]:
+    """Return the spans of a clip that begins at a time [s] in which bodies overlap by ``MIN_TOLD_OVERLAP_M`` or more, the deepest first."""
     depths = overlap_depths(motion)
     gap = round(MERGED_GAP_S * motion.fps) + 1
     found = []
     for pair, depth in depths.items():
         for start, stop in true_spans(debounce_labels(depth > MIN_TOLD_OVERLAP_M, shortest=0, gap=gap)).tolist():
-            ends = start / motion.fps, (stop - 1) / motion.fps
+            ends = start_s + start / motion.fps, start_s + (stop - 1) / motion.fps
             found.append(Overlap(*ends, pair, 1e3 * float(depth[start:stop].max())))
     return tuple(sorted(found, key=lambda overlap: -overlap.depth_mm))
 

@@ -14,8 +14,8 @@ from configs.process_pool import available_cores
 from datasets.imu.suit_simulation import simulate_suit
 from datasets.library.sources import SYNTHETIC_SOURCE, load_clips
 from datasets.motion.clip import FPS, BodyMotion
+from datasets.performer.performer_clip import performer_clip_from_bvh
 from datasets.retarget.humanoid_bvh import to_humanoid_bvh
-from datasets.retarget.performer_clip import performer_clip_from_bvh
 from datasets.retarget.retarget import retarget
 from datasets.synthetic.clips import synthetic_clips
 from envs.physics.mujoco_cpu import RecordingPhysics

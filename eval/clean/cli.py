@@ -27,11 +27,11 @@ from datasets.formats.motion_file import (
     writable_suffixes,
     write_motion_file,
 )
+from datasets.joints.mapping_draft import JointMapError, save_draft
 from datasets.library.sources import find_readable_files
-from datasets.retarget.joint_mapping import JointMapping
-from datasets.retarget.mapping_draft import JointMapError, save_draft
-from datasets.retarget.performer_clip import read_performer_file
-from datasets.retarget.reading_options import add_reading_options, mapping_from_options, parse_reading
+from datasets.performer.performer_clip import read_performer_file
+from datasets.performer.reading_arguments import add_reading_options, parse_reading, reading_from_arguments
+from datasets.performer.reading_options import ReadingOptions
 from eval.clean.pipeline import STAGES, CleaningPipeline
 from eval.clean.progress import REPORTING, CleaningProgress, expected_seconds
 from eval.clean.report import write_clip_report, write_folder_report
@@ -86,7 +86,7 @@ def clean_files(
     target: Path,
     report: Path | None,
     pipeline: CleaningPipeline,
-    mapping: JointMapping | None,
+    reading: ReadingOptions | None,
 ) -> None:
     """Clean a clip, or all clips of a folder, and print a line for each.
 
@@ -95,7 +95,7 @@ def clean_files(
         target: File or folder to write.
         report: Folder of the report, None for no report.
         pipeline: Stages of the cleaning.
-        mapping: Joint names, unit and axes that the user gave.
+        reading: Joint names, unit and axes that the user gave.
 
     Raises:
         InputError: If a clip cannot be cleaned; of a folder at the end, after all that can.
@@ -107,8 +107,8 @@ def clean_files(
         begin = time.monotonic()
         with _progress(console, file, pipeline, report is not None) as progress:
             try:
-                recorded = read_performer_file(file, mapping)
-                bvh, cleaned = pipeline.clean(recorded, file.stem, mapping, progress=progress)
+                recorded = read_performer_file(file, reading)
+                bvh, cleaned = pipeline.clean(recorded, file.stem, reading, progress=progress)
                 with reporting_write_errors(out):
                     out.parent.mkdir(parents=True, exist_ok=True)
                     written = write_motion_file(out, bvh, file)
@@ -229,8 +229,8 @@ def _run(options: argparse.Namespace) -> None:
         raise InputError(f"--threads {options.threads} should be 1 or more")
     if not 0.0 <= options.assist <= 1.0:
         raise InputError(f"--assist {options.assist:g} should be a share of the body's weight, from 0 to 1")
-    mapping = mapping_from_options(options)
+    reading = reading_from_arguments(options)
     torch.set_num_threads(options.threads)
     search = replace(QUALITIES[options.quality], assist_force_bw=options.assist)
     pipeline = CleaningPipeline.load(options.threads, options.policy, search).without(options.without)
-    clean_files(options.source, options.out, options.report, pipeline, mapping)
+    clean_files(options.source, options.out, options.report, pipeline, reading)

@@ -41,12 +41,13 @@ class MovedSpan:
         return f"{body_in_words(self.body)} by {self.distance_mm:.0f} mm at {self.start_s:.1f} to {self.stop_s:.1f} s ({self.stage})"
 
 
-def find_moved_spans(recorded: BodyMotion, after_stage: Mapping[str, BodyMotion]) -> tuple[MovedSpan, ...]:
+def find_moved_spans(recorded: BodyMotion, after_stage: Mapping[str, BodyMotion], start_s: float = 0.0) -> tuple[MovedSpan, ...]:
     """Return the spans in which joints were moved far between the recording and the last stage, in the order of time.
 
     Args:
         recorded: Clip before cleaning, T frames.
         after_stage: Clip after each stage by the stage's name, in their order.
+        start_s: Time of the first frame [s].
     """
     clips = [recorded, *after_stage.values()]
     for clip in clips[1:]:
@@ -64,7 +65,7 @@ def find_moved_spans(recorded: BodyMotion, after_stage: Mapping[str, BodyMotion]
         frame, body = np.unravel_index(moved[start:stop].argmax(), (stop - start, moved.shape[1]))
         frame += start
         stage = list(after_stage)[largest[frame, body]]
-        ends = start / recorded.fps, (stop - 1) / recorded.fps
+        ends = start_s + start / recorded.fps, start_s + (stop - 1) / recorded.fps
         spans.append(MovedSpan(*ends, BODY_NAMES[body], 1e3 * float(moved[frame, body]), stage))
     return tuple(spans)
 

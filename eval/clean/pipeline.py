@@ -10,16 +10,16 @@ import numpy as np
 
 from agents.restore.model import RestoreModel
 from agents.weights.pretrained import PRETRAINED_POLICY, load_pretrained_restore
-from datasets.cleanup.off_feet_spans import OffFeetSpan
+from datasets.cleanup.off_feet_spans import OffFeetSpan, find_off_feet_spans
 from datasets.cleanup.performer_foot_lock import lock_performer_feet
 from datasets.formats.bvh import Bvh
 from datasets.imu.recording import measured_accelerations
 from datasets.motion.clip import FPS, BodyMotion, Motion
 from datasets.motion.kinematics import resample, resample_to
-from datasets.retarget.joint_mapping import JointMapping
-from datasets.retarget.performer_clip import performer_clip_from_bvh
+from datasets.performer.performer_clip import performer_clip_from_bvh
+from datasets.performer.reading_options import ReadingOptions
 from datasets.retarget.plausibility import find_implausible
-from datasets.retarget.reading import describe_reading
+from datasets.retarget.read_as import describe_reading
 from datasets.retarget.retarget import Retargeted, retarget, retarget_with
 from datasets.retarget.transfer_back import to_performer_bvh, to_zero_ground, transfer_back
 from envs.physics.self_collision import find_overlaps
@@ -75,7 +75,7 @@ class CleaningPipeline:
         self,
         bvh: Bvh,
         name: str,
-        mapping: JointMapping | None = None,
+        reading: ReadingOptions | None = None,
         truth: BodyMotion | None = None,
         progress: Callable[[str, float], None] = lambda _stage, _share: None,
     ) -> tuple[Bvh, CleaningResult]:
@@ -84,7 +84,7 @@ class CleaningPipeline:
         Args:
             bvh: Parsed input file.
             name: Name of the clip in messages and in the report.
-            mapping: Joint names, unit, axes, rate and ground that the user gave.
+            reading: Joint names, unit, axes, rate and ground that the user gave.
             truth: Clean clip behind the input at 60 fps, where it is known; measured in the report, never used.
             progress: Called with the name of each stage of ``eval.clean.progress`` as it begins, and with the share of it that is done.
 
@@ -92,12 +92,13 @@ class CleaningPipeline:
             InputError: If no human skeleton is found in the file.
         """
         progress(RETARGETING, 0.0)
-        performer = performer_clip_from_bvh(bvh, name, mapping)  # own skeleton, in metres, Z up
+        performer = performer_clip_from_bvh(bvh, name, reading)  # own skeleton, in metres, Z up
         retargeted = retarget(performer)  # 20 bodies, own rate
         recorded = resample(retargeted.motion, FPS)
+        start_s = performer.dropped_frames / performer.motion.fps
         read, read_as = (*performer.notices, *find_implausible(retargeted)), describe_reading(retargeted)
         progress(RESTORING, 0.0)
-        poses = restore_clip(self.restorer, recorded)
+        poses = restore_clip(self.restorer, recorded, find_off_feet_spans(recorded))
         progress(ROOT, 0.0)
         rooted, off_feet = locate_root(poses.motion, measured_accelerations(bvh, retargeted, poses.motion))
         progress(REPAIRING, 0.0)
@@ -108,19 +109,19 @@ class CleaningPipeline:
         output = _to_performer(retargeted, simulated, off_feet)  # own skeleton again, own rate
         cleaned = replace(resample(retarget_with(retargeted, output), FPS), name=name)
         progress(COMPARING, 0.0)
-        restarts = tuple(start / FPS for start in simulated.segment_starts[1:])
+        restarts = tuple(start_s + start / FPS for start in simulated.segment_starts[1:])
         after_stage = {
             "restoring": rooted,
             "planting feet and parting limbs": repaired,
             "physics": simulated.motion,
             "holding feet": cleaned,
         }
-        moved = find_moved_spans(recorded, after_stage)
-        overlaps = find_overlaps(cleaned)
+        moved = find_moved_spans(recorded, after_stage, start_s)
+        overlaps = find_overlaps(cleaned, start_s)
         notices = (
             *read,
             *_pose_notices(poses),
-            *_root_notices(rooted is not poses.motion, off_feet),
+            *_root_notices(rooted is not poses.motion, off_feet, start_s),
             *([moved_notice(moved)] if moved else []),
             *([overlap_notice(overlaps)] if overlaps else []),
         )
@@ -139,10 +140,11 @@ class CleaningPipeline:
             truth,
             read_as,
             performer.damage,
+            start_s,
         )
         progress(WRITING, 0.0)
         written = to_performer_bvh(bvh, performer, output)
-        return (to_zero_ground(written, retargeted) if performer.mapping.zero_ground else written), result
+        return (to_zero_ground(written, retargeted) if performer.reading.zero_ground else written), result
 
 
 def _to_performer(retargeted: Retargeted, simulated: SimulatedClip, off_feet: list[OffFeetSpan]) -> Motion:
@@ -164,12 +166,13 @@ def _pose_notices(poses: RestoredPoses) -> tuple[str, ...]:
     return () if poses.contacts is None else (misalignment_notice(poses.misalignments),)
 
 
-def _root_notices(reconstructed: bool, off_feet: list[OffFeetSpan]) -> tuple[str, ...]:
-    """Return what a person should know of a clip's root, one line each."""
+def _root_notices(reconstructed: bool, off_feet: list[OffFeetSpan], start_s: float) -> tuple[str, ...]:
+    """Return what a person should know of the root of a clip that begins at ``start_s`` in its file, one line each."""
     guessed = "The recording does not say where the pelvis went, or lets the figure hover; its path was reconstructed."
     rootless = [guessed] if reconstructed else []
+    seconds = [(start_s + span.start / FPS, start_s + span.stop / FPS) for span in off_feet]
     spans = [
-        f"Somebody {span.reason} from {span.start / FPS:.1f} s to {span.stop / FPS:.1f} s: not for feet on level ground, left to itself."
-        for span in off_feet
+        f"Somebody {span.reason} from {start:.1f} s to {stop:.1f} s: not for feet on level ground, left to itself."
+        for span, (start, stop) in zip(off_feet, seconds, strict=True)
     ]
     return (*rootless, *spans)

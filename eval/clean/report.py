@@ -70,16 +70,20 @@ def write_folder_report(reports: Mapping[str, dict[str, Any]], out: Path) -> Non
 def _plots(cleaned: CleaningResult, sides: Mapping[str, ArtefactTracks]) -> list[tuple[str, Figure]]:
     """Return all plots over time as (title, figure)."""
     fps = cleaned.before.fps
-    kept, restarts = spans_in_seconds(cleaned.kept, fps), cleaned.restarts
+    start_s = cleaned.start_s
+    kept, restarts = spans_in_seconds(cleaned.kept, fps, start_s), cleaned.restarts
     moved = {
         "roots aligned": (1e3 * distances_local(cleaned.after, cleaned.before).mean(axis=1), RECORDED),
         "in the world": (1e3 * distances_world(cleaned.after, cleaned.before).mean(axis=1), GREY),
     }
-    sure = plot_over_time({"confidence": (cleaned.confidence, RECORDED)}, "confidence, 0 to 1", fps, np.fmin, kept, restarts)
+    sure = plot_over_time({"confidence": (cleaned.confidence, RECORDED)}, "confidence, 0 to 1", fps, np.fmin, kept, restarts, start_s)
     sure["layout"]["yaxis"]["range"] = [0.0, 1.05]
     return [
-        *plot_artefacts(sides, kept, restarts),
-        ("How far joints were moved", plot_over_time(moved, "from the input [mm]", fps, np.fmax, kept, restarts)),
+        *plot_artefacts(sides, kept, restarts, start_s),
+        ("How far joints were moved", plot_over_time(moved, "from the input [mm]", fps, np.fmax, kept, restarts, start_s)),
         ("Confidence", sure),
-        ("Help on the pelvis", plot_over_time({"force": (cleaned.assist, RECORDED)}, "body weights", fps, np.fmax, kept, restarts)),
+        (
+            "Help on the pelvis",
+            plot_over_time({"force": (cleaned.assist, RECORDED)}, "body weights", fps, np.fmax, kept, restarts, start_s),
+        ),
     ]

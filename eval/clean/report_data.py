@@ -9,7 +9,7 @@ import numpy as np
 from datasets.motion.humanoid import BODY_NAMES
 from eval.clean.result import CleaningResult
 from eval.metrics.artefact_tracks import CONTACT_BY_HEIGHT_M, ArtefactTracks, compute_artefact_tracks, distances_local, distances_world
-from eval.metrics.artefacts import contact_agreement, distance_metrics, metrics_of_tracks
+from eval.metrics.artefacts import compare_contact_rules, contact_metrics, distance_metrics, metrics_of_tracks
 from eval.pages.artefact_plots import spans_in_seconds
 
 MAX_MOMENTS = 6  # pictures of the frames that were changed most
@@ -22,7 +22,7 @@ def tracks_by_side(cleaned: CleaningResult) -> dict[str, ArtefactTracks]:
     """Return the artefact tracks of "before", "after" and, where it is known, "truth"."""
     truth = cleaned.truth
     sides = {"before": cleaned.before, "after": cleaned.after} | ({"truth": truth} if truth else {})
-    return {side: compute_artefact_tracks(clip, truth) for side, clip in sides.items()}
+    return {side: compute_artefact_tracks(clip, truth, cleaned.before) for side, clip in sides.items()}
 
 
 def collect_report_data(cleaned: CleaningResult, tracks: Mapping[str, ArtefactTracks] | None = None) -> dict[str, Any]:
@@ -36,6 +36,9 @@ def collect_report_data(cleaned: CleaningResult, tracks: Mapping[str, ArtefactTr
     fps, truth = cleaned.before.fps, cleaned.truth
     tracks = tracks or tracks_by_side(cleaned)
     sides = {side: metrics_of_tracks(own) for side, own in tracks.items()}
+    if truth:
+        for side in ("before", "after"):
+            sides[side] |= contact_metrics(tracks[side])
     sides["before"] |= distance_metrics(cleaned.before, truth, None)
     sides["after"] |= distance_metrics(cleaned.after, truth, cleaned.before)
     by_height = tracks["after"].foot_height < CONTACT_BY_HEIGHT_M
@@ -45,6 +48,7 @@ def collect_report_data(cleaned: CleaningResult, tracks: Mapping[str, ArtefactTr
         "frames": len(cleaned.before),
         "fps": fps,
         "seconds": cleaned.before.seconds,
+        "start_s": cleaned.start_s,
         "artefacts": sides | {"truth": sides.get("truth", {})},
         "deviation": {"local": _spread_mm(local), "world": _spread_mm(world)},
         "confidence": {
@@ -52,10 +56,10 @@ def collect_report_data(cleaned: CleaningResult, tracks: Mapping[str, ArtefactTr
             "lowest": float(cleaned.confidence.min()),
             "under_half": float(np.mean(~cleaned.simulated)),
         },
-        "kept": {"share": float(cleaned.kept.mean()), "spans": spans_in_seconds(cleaned.kept, fps)},
+        "kept": {"share": float(cleaned.kept.mean()), "spans": spans_in_seconds(cleaned.kept, fps, cleaned.start_s)},
         "seams": list(cleaned.restarts),
         "assist_bw": {"mean": cleaned.mean_assist, "largest": float(cleaned.assist.max())},
-        "contact_rule": contact_agreement(cleaned.contacts[cleaned.simulated], by_height[cleaned.simulated]),
+        "contact_rule": compare_contact_rules(cleaned.contacts[cleaned.simulated], by_height[cleaned.simulated]),
         "most_changed": find_most_changed_frames(cleaned),
         "moved": [asdict(span) for span in cleaned.moved],
         "overlaps": [asdict(overlap) for overlap in cleaned.overlaps],
@@ -74,7 +78,7 @@ def find_most_changed_frames(cleaned: CleaningResult) -> list[dict[str, Any]]:
         frame = int(left.argmax())
         body = int(joints[frame].argmax())
         found.append({
-            "frame": frame, "seconds": frame / fps, "deviation_mm": 1e3 * float(joints[frame].mean()),
+            "frame": frame, "seconds": cleaned.start_s + frame / fps, "deviation_mm": 1e3 * float(joints[frame].mean()),
             "body": BODY_NAMES[body], "body_mm": 1e3 * float(joints[frame, body]),
         })  # fmt: skip
         left = np.where(np.abs(np.arange(len(left)) - frame) < MIN_MOMENT_GAP_S * fps, 0.0, left)
@@ -84,9 +88,10 @@ def find_most_changed_frames(cleaned: CleaningResult) -> list[dict[str, Any]]:
 def frames_csv(cleaned: CleaningResult) -> str:
     """Return the table of all frames."""
     local, world = _deviations(cleaned)
+    start_s, fps = cleaned.start_s, cleaned.before.fps
     rows = zip(cleaned.confidence, cleaned.kept, *cleaned.contacts.T, 1e3 * local, 1e3 * world, cleaned.assist, strict=True)
     lines = [
-        f"{frame},{frame / cleaned.before.fps:.4f},{confidence:.3f},{kept:d},{left:d},{right:d},{near:.1f},{far:.1f},{assist:.3f}"
+        f"{frame},{start_s + frame / fps:.4f},{confidence:.3f},{kept:d},{left:d},{right:d},{near:.1f},{far:.1f},{assist:.3f}"
         for frame, (confidence, kept, left, right, near, far, assist) in enumerate(rows)
     ]
     return "\n".join([CSV_HEADER, *lines]) + "\n"

@@ -1,5 +1,7 @@
-"""The restoring stage of cleaning: poses of a suit are corrected, those of a clean recording left as they are."""
+"""The restoring stage of cleaning: poses of a suit are corrected; clean recordings, and who lies or kneels, are left as they are."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -7,7 +9,10 @@ import numpy as np
 from agents.restore.model import RestoreModel
 from agents.restore.restore import restore_poses
 from datasets.cleanup.foot_contacts import debounce_contacts
+from datasets.cleanup.off_feet_spans import KNEELS, LIES, OffFeetSpan
 from datasets.motion.clip import BodyMotion
+from datasets.motion.curves import smooth_step
+from datasets.motion.rotation import normalise
 from eval.clean.misalignments import Misalignment, find_misalignments
 
 # deg, mean angle of the constant misalignments over the bodies, under which a clip is taken for clean: of bandai/train, another
@@ -15,6 +20,8 @@ from eval.clean.misalignments import Misalignment, find_misalignments
 MIN_MEAN_MISALIGNMENT_DEG = 1.0
 # deg, of a body, beyond any strap: real suits have up to 26. Somebody who kneels or lies all the time is unlike what the network knows.
 MAX_MISALIGNMENT_DEG = 45.0
+UNKNOWN_POSTURES = (LIES, KNEELS)  # in which the network saw next to nobody: what it takes for faults there are none
+FADE_S = 0.5  # s, over which corrections rise after such a span, and fall before it
 
 
 class RestoredPoses(NamedTuple):
@@ -33,19 +40,34 @@ class RestoredPoses(NamedTuple):
     unknown_poses: bool = False
 
 
-def restore_clip(model: RestoreModel | None, recorded: BodyMotion) -> RestoredPoses:
+def restore_clip(model: RestoreModel | None, recorded: BodyMotion, off_feet: Sequence[OffFeetSpan] = ()) -> RestoredPoses:
     """Return a clip with a suit's faults taken out of its poses; one that is clean already stays as it is.
 
     Args:
         model: Restoring network; None leaves every clip as it is.
         recorded: Retargeted clip at 60 fps.
+        off_feet: Spans off the feet; those of ``UNKNOWN_POSTURES`` are neither judged nor corrected.
     """
-    if model is None:
-        return RestoredPoses(recorded, None, ())
-    found = restore_poses(model, recorded)
+    unknown_spans = [span for span in off_feet if any(posture in span.reason for posture in UNKNOWN_POSTURES)]
+    seconds = np.full(len(recorded), np.inf)  # to the nearest frame of such a span
+    for span in unknown_spans:
+        frames = np.arange(len(recorded))
+        seconds = np.minimum(seconds, np.maximum(np.maximum(span.start - frames, frames - span.stop + 1), 0) / recorded.fps)
+    if model is None or not seconds.any():
+        return RestoredPoses(recorded, None, (), model is not None)
+    found = restore_poses(model, recorded, seconds > 0.0)
     degrees = np.degrees(np.linalg.norm(found.constant, axis=-1))
     unknown = bool(degrees.max() > MAX_MISALIGNMENT_DEG)
     if unknown or degrees.mean() < MIN_MEAN_MISALIGNMENT_DEG:
         return RestoredPoses(recorded, None, (), unknown)
     contacts = debounce_contacts(found.contacts[:, :2] > 0.5, recorded.fps)
-    return RestoredPoses(found.motion, contacts, find_misalignments(found.constant, found.constant_std))
+    restored = found.motion if not unknown_spans else _blend(recorded, found.motion, smooth_step(seconds / FADE_S))
+    return RestoredPoses(restored, contacts, find_misalignments(found.constant, found.constant_std))
+
+
+def _blend(recorded: BodyMotion, restored: BodyMotion, share: np.ndarray) -> BodyMotion:
+    """Return a clip that goes over into the restored one where its share (T,) is 1; where it is 0 it has the recorded numbers."""
+    one, two = recorded.local_rotations, restored.local_rotations
+    two = np.where(np.sum(one * two, axis=-1, keepdims=True) < 0.0, -two, two)
+    mixed = normalise(one + share[:, None, None] * (two - one))
+    return replace(restored, local_rotations=np.where(share[:, None, None] > 0.0, mixed, one))

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from datasets.damage.damage import Damage
 from datasets.motion.clip import BodyMotion
-from datasets.retarget.damage import Damage
 from envs.physics.self_collision import Overlap
 from eval.clean.misalignments import Misalignment
 from eval.clean.moved_joints import MovedSpan
@@ -25,7 +25,7 @@ class CleaningResult:
         contacts: Whether the left and the right foot stand, shape (T, 2): in simulated frames, whether each carried 0.05 of body weight;
             elsewhere, as detected by speed and height.
         confidence: Share of the simulation in each frame, 0 to 1; 0 where the repaired input was kept, shape (T,).
-        restarts: Times at which the simulation began again [s].
+        restarts: Times at which the simulation began again, as all times in the file [s].
         assist: Force that helped on the pelvis in simulated frames [body weights], shape (T,).
         notices: Lines that a person should read.
         misalignments: Segments whose sensors were clearly misaligned, the largest first; corrected.
@@ -34,6 +34,7 @@ class CleaningResult:
         truth: Clean clip behind a simulated suit, where it is known.
         read_as: Line that says what the recording was taken for.
         damage: Damaged frames of the file, in the order of time.
+        start_s: Time of the first frame in the file, of which a rest pose at the beginning is no part [s].
     """
 
     name: str
@@ -50,6 +51,7 @@ class CleaningResult:
     truth: BodyMotion | None = None
     read_as: str = ""
     damage: tuple[Damage, ...] = ()
+    start_s: float = 0.0
 
     @property
     def simulated(self) -> np.ndarray:

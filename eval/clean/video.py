@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import mediapy
 import numpy as np
 
+from datasets.motion.generalised_positions import motion_to_qpos
 from eval.clean.result import CleaningResult
 from eval.metrics.artefact_tracks import distances_local
-from eval.pages.render import can_render, encode_mp4, motion_to_qpos, pair_frames, render_strip
+from eval.pages.render import can_render, encode_mp4, pair_frames, render_strip
 
 MAX_VIDEO_S = 10.0  # of a film: of longer clips the part in which most was changed; drawing takes longer than cleaning
 _MOMENT_SIZE_PX = (360, 440)  # pixels, of the picture of a moment
@@ -19,7 +20,7 @@ class Pictures:
 
     Attributes:
         mp4: The film, the input on the left and the output on the right.
-        begin: Start of the film in the clip [s].
+        begin: Start of the film in the file [s].
         end: End of the film in the clip [s].
         moments: Pictures of single frames as PNG, the output with the input as a ghost behind it.
     """
@@ -44,7 +45,7 @@ def render_cleaning(cleaned: CleaningResult, frames: list[int]) -> Pictures | No
     part = _most_changed_part(distances_local(cleaned.after, cleaned.before).mean(axis=1), round(MAX_VIDEO_S * fps))
     mp4 = encode_mp4(pair_frames(before[part], after[part], fps, cleaned.kept[part]))
     moments = [mediapy.compress_image(_render_moment(before[frame], after[frame])) for frame in frames]
-    return Pictures(mp4, part.start / fps, part.stop / fps, moments)
+    return Pictures(mp4, cleaned.start_s + part.start / fps, cleaned.start_s + part.stop / fps, moments)
 
 
 def _most_changed_part(changes: np.ndarray, length: int) -> slice:

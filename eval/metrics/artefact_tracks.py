@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from datasets.cleanup.foot_contacts import detect_foot_contacts
 from datasets.motion.clip import BodyMotion
 from datasets.motion.frame_blocks import by_blocks
 from datasets.motion.humanoid import BODIES, FOOT_AND_TOE_BODIES
@@ -34,6 +35,8 @@ class ArtefactTracks:
         foot_speed: Horizontal speed of that point since the frame before [m/s]; 0 in the first frame, shape (T, 2).
         contacts: Whether each foot is in contact by height, in the truth where that is known, shape (T, 2).
         sustained_contacts: Whether each foot is in contact in this frame and in the one before, shape (T, 2).
+        own_stands: Whether each foot stands, by height and speed, shape (T, 2).
+        stands: The same in the truth, else in the original, else in the clip itself, shape (T, 2).
         lowest: Height of the body's lowest point [m], under zero in the ground, shape (T,).
         is_airborne: Whether no point of the truth is under 2 cm; False without a truth, shape (T,).
         penetration_depth: Deepest overlap of two non-adjacent shapes [m], shape (T,).
@@ -47,6 +50,8 @@ class ArtefactTracks:
     foot_speed: np.ndarray
     contacts: np.ndarray
     sustained_contacts: np.ndarray
+    own_stands: np.ndarray
+    stands: np.ndarray
     lowest: np.ndarray
     is_airborne: np.ndarray
     penetration_depth: np.ndarray
@@ -54,20 +59,24 @@ class ArtefactTracks:
     com_overhang: np.ndarray
 
 
-def compute_artefact_tracks(motion: BodyMotion, truth: BodyMotion | None = None) -> ArtefactTracks:
+def compute_artefact_tracks(motion: BodyMotion, truth: BodyMotion | None = None, original: BodyMotion | None = None) -> ArtefactTracks:
     """Return the artefact tracks of a clip, kinematic or simulated.
 
     Args:
         motion: Clip to judge.
         truth: Clean clip of the same frames and rate, where it is known. Its contacts and flights then count.
+        original: Clip that ``motion`` was made from, if any: same frames and rate. Without a truth its feet tell when a foot stands.
 
     Raises:
         ValueError: If the clips differ in their number of frames or their rate.
     """
-    told = None
+    told, own_stands = None, detect_foot_contacts(motion)
+    for other in (truth, original):
+        if other is not None:
+            check_pair(motion, other)
     if truth is not None:
-        check_pair(motion, truth)
         told = clip_lowest_heights(truth)
+    teller = truth or original or motion
 
     def block(part: slice) -> tuple[np.ndarray, ...]:
         positions, rotations = body_poses(motion.cut(part.start, part.stop))
@@ -83,6 +92,8 @@ def compute_artefact_tracks(motion: BodyMotion, truth: BodyMotion | None = None)
         foot_speed=np.concat([np.zeros((1, len(FOOT_AND_TOE_BODIES))), sole_speeds(motion)]),
         contacts=contacts,
         sustained_contacts=np.concat([np.zeros((1, len(FOOT_AND_TOE_BODIES)), dtype=bool), contacts[1:] & contacts[:-1]]),
+        own_stands=own_stands,
+        stands=own_stands if teller is motion else detect_foot_contacts(teller),
         lowest=heights.min(axis=1),
         is_airborne=np.zeros(len(motion), dtype=bool) if told is None else told.min(axis=1) >= CONTACT_BY_HEIGHT_M,
         penetration_depth=self_penetration_depths(motion),

@@ -9,9 +9,8 @@ from gymnasium.vector import AutoresetMode
 
 from datasets.library.motion_library import MotionLibrary
 from datasets.motion.clip import FPS, BodyMotion
-from datasets.motion.humanoid import rotations_from_hinges
+from datasets.motion.generalised_positions import qpos_to_motion
 from datasets.motion.kinematics import resample
-from datasets.motion.rotation import normalise
 from envs.mimic.spec import MimicSpec
 from envs.physics.engine_interface import FRAMES_PER_STEP
 from envs.vector_env import AdaptMimicVectorEnv
@@ -82,10 +81,10 @@ def simulate_rollouts(policy: PolicyFn, library: MotionLibrary, spec: MimicSpec,
     ]
 
 
-def qpos_to_motion(poses: np.ndarray, like: BodyMotion) -> BodyMotion:
+def poses_to_motion(poses: np.ndarray, like: BodyMotion) -> BodyMotion:
     """Return poses (S, 50), one for each control step, as a clip at 60 fps with the name and credits of ``like``."""
-    rotations = rotations_from_hinges(normalise(poses[:, 3:7]), poses[:, 7:])
-    return resample(replace(like, root_position=poses[:, :3], local_rotations=rotations, fps=FPS / FRAMES_PER_STEP), FPS)
+    found = qpos_to_motion(poses, FPS / FRAMES_PER_STEP, like.name)
+    return resample(replace(found, performer=like.performer, system=like.system, kind=like.kind), FPS)
 
 
 def compare_artefacts(rollout: RolloutMotion, reference: BodyMotion, truth: BodyMotion | None) -> ArtefactComparison | None:
@@ -118,7 +117,7 @@ def compared_motions(rollout: RolloutMotion, reference: BodyMotion, truth: BodyM
     first = rollout.frame
     last = first + FRAMES_PER_STEP * (rollout.survived - 1) + 1
     before = _resampled_from_control_steps(reference.cut(first, last))
-    sides = {"before": before, "after": qpos_to_motion(rollout.poses[: rollout.survived], reference)}
+    sides = {"before": before, "after": poses_to_motion(rollout.poses[: rollout.survived], reference)}
     return sides | ({"truth": _anchored(_resampled_from_control_steps(truth.cut(first, last)), before)} if truth else {})
 
 

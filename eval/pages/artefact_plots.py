@@ -69,7 +69,7 @@ PANELS: tuple[Panel, ...] = (
 
 
 def plot_artefacts(
-    sides: Mapping[str, ArtefactTracks], kept: Sequence[tuple[float, float]] = (), restarts: Sequence[float] = ()
+    sides: Mapping[str, ArtefactTracks], kept: Sequence[tuple[float, float]] = (), restarts: Sequence[float] = (), start_s: float = 0.0
 ) -> list[tuple[str, Figure]]:
     """Return one plot for each track as (title, figure).
 
@@ -77,10 +77,11 @@ def plot_artefacts(
         sides: Tracks of "before", "after" and, where it is known, "truth".
         kept: Start and end of each span in which the input was kept [s].
         restarts: Times at which the simulation restarted [s].
+        start_s: Time of the first frame [s].
     """
     plots = []
     for panel in PANELS:
-        lines = [_curve(panel, tracks, name) for name, tracks in sides.items() if panel.values(tracks).size]
+        lines = [_curve(panel, tracks, name, start_s) for name, tracks in sides.items() if panel.values(tracks).size]
         drawn = figure(lines, "time [s]", panel.y_title, height=_PLOT_HEIGHT_PX, shapes=_marks(kept, restarts) + _rule(panel.threshold))
         if panel.y_max:
             shown = [y for one in lines for y in one["y"] if y is not None]
@@ -97,6 +98,7 @@ def plot_over_time(
     worst: np.ufunc,
     kept: Sequence[tuple[float, float]],
     restarts: Sequence[float],
+    start_s: float = 0.0,
 ) -> Figure:
     """Return a plot of any values over time in the same style.
 
@@ -107,24 +109,27 @@ def plot_over_time(
         worst: Ufunc that returns the worse of two values.
         kept: Start and end of each span in which the input was kept [s].
         restarts: Times at which the simulation restarted [s].
+        start_s: Time of the first frame [s].
     """
-    traces = [_thin(values, len(values), fps, worst, name, colour, "solid") for name, (values, colour) in lines.items()]
+    traces = [_thin(values, len(values), fps, start_s, worst, name, colour, "solid") for name, (values, colour) in lines.items()]
     return figure(traces, "time [s]", y_title, height=_PLOT_HEIGHT_PX, shapes=_marks(kept, restarts))
 
 
-def spans_in_seconds(flags: np.ndarray, fps: float) -> list[tuple[float, float]]:
-    """Return the start and the end of each span in which flags (T,) are True [s]."""
-    return [(float(begin / fps), float(end / fps)) for begin, end in true_spans(flags)]
+def spans_in_seconds(flags: np.ndarray, fps: float, start_s: float = 0.0) -> list[tuple[float, float]]:
+    """Return the start and the end of each span in which flags (T,), from the time ``start_s`` on, are True [s]."""
+    return [(float(start_s + begin / fps), float(start_s + end / fps)) for begin, end in true_spans(flags)]
 
 
-def _curve(panel: Panel, tracks: ArtefactTracks, name: str) -> dict[str, Any]:
-    return _thin(panel.values(tracks), len(tracks.lowest), tracks.fps, panel.worst, name, *SIDE_STYLES[name])
+def _curve(panel: Panel, tracks: ArtefactTracks, name: str, start_s: float) -> dict[str, Any]:
+    return _thin(panel.values(tracks), len(tracks.lowest), tracks.fps, start_s, panel.worst, name, *SIDE_STYLES[name])
 
 
-def _thin(values: np.ndarray, frames: int, fps: float, worst: np.ufunc, name: str, colour: str, dash: str) -> dict[str, Any]:
+def _thin(
+    values: np.ndarray, frames: int, fps: float, start_s: float, worst: np.ufunc, name: str, colour: str, dash: str
+) -> dict[str, Any]:
     """Return the line of values (N,), centred in a clip of so many frames, with at most ``MAX_POINTS`` points."""
     starts = np.arange(0, len(values), -(-len(values) // MAX_POINTS))
-    seconds = (starts + 0.5 * (frames - len(values))) / fps
+    seconds = start_s + (starts + 0.5 * (frames - len(values))) / fps
     shown = [float(f"{y:.4g}") if np.isfinite(y) else None for y in worst.reduceat(values, starts)]
     drawn = line(seconds.round(3).tolist(), shown, name, colour, dash)  # type: ignore[arg-type]
     drawn["line"]["width"] = 1.6

@@ -22,8 +22,6 @@ import numpy as np
 from mujoco.rendering.classic import gl_context
 from scipy.ndimage import gaussian_filter1d
 
-from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import hinge_angles
 from datasets.motion.rotation import heading
 from envs.physics.humanoid_mjcf import build_spec
 
@@ -93,11 +91,6 @@ class Camera(NamedTuple):
         ahead = np.array([np.cos(self.azimuth), np.sin(self.azimuth), 0.0])
         direction = 0.5 * ahead + 0.25 * self.right - np.array([0.0, 0.0, 1.0])
         return direction / np.linalg.norm(direction)
-
-
-def motion_to_qpos(motion: BodyMotion) -> np.ndarray:
-    """Return the generalised positions of a clip, shape (T, 50)."""
-    return np.concat([motion.root_position, motion.local_rotations[:, 0], hinge_angles(motion.local_rotations)], axis=1)
 
 
 @cache

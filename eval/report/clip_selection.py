@@ -17,7 +17,7 @@ from datasets.library.sources import (
     unique_names,
 )
 from datasets.motion.clip import FPS, BodyMotion
-from datasets.retarget.joint_mapping import read_mapping
+from datasets.performer.reading_options import read_mapping
 from trainers.data.motion_config import RECONSTRUCTED, DataConfig
 from trainers.data.root_source import IMU_SYSTEMS, RootSource
 from trainers.data.training_motions import simulate_suits
@@ -108,12 +108,12 @@ def _files_of(config: DataConfig, performer: str) -> list[Path]:
 
 def _read(files: list[Path], config: DataConfig, log: Callable[[str], None]) -> list[SourceMotion]:
     """Return the clips of files, with unique names; of several files broken ones are left out, with a line."""
-    mapping = read_mapping(config.mapping) if config.mapping else None
+    reading = read_mapping(config.mapping) if config.mapping else None
     clips = []
     for number, (file, name) in enumerate(zip(files, unique_names(files), strict=True), start=1):
         log(f"reading {number}/{len(files)} {file}")
         try:
-            (one,) = load_source_motions(file, mapping)
+            (one,) = load_source_motions(file, reading)
         except InputError as error:
             if len(files) == 1:
                 raise

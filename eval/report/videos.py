@@ -7,9 +7,10 @@ import numpy as np
 from rich.console import Console
 
 from datasets.motion.clip import FPS
+from datasets.motion.generalised_positions import motion_to_qpos
 from envs.physics.engine_interface import FRAMES_PER_STEP
 from eval.metrics.rollout_motion import RolloutMotion
-from eval.pages.render import INSTALL_HINT, can_render, encode_mp4, motion_to_qpos, render_pair, save_strip
+from eval.pages.render import INSTALL_HINT, can_render, encode_mp4, render_pair, save_strip
 from eval.report.evaluate import ClipResults
 from eval.report.median_window import median_window
 

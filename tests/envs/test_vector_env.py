@@ -1,7 +1,11 @@
 """Clocks, resets, seeds, failures and states of the native vector env."""
 
+import copy
+import pickle
+from collections.abc import Callable
 from typing import Any
 
+import cloudpickle
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
@@ -265,6 +269,44 @@ def test_worlds_restart_in_the_same_step_and_show_their_last_observation(library
     assert np.array_equal(restarting.step(action)[0][1], stopping.step(action)[0][1])
 
 
+def test_worlds_restart_in_the_next_step_whose_action_is_ignored(library: MotionLibrary) -> None:
+    # Frames 81 to 89 of the second clip: four steps. The other world goes on undisturbed, as it does without any reset.
+    env, other = (AdaptMimicVectorEnv(library, 2, autoreset_mode=mode) for mode in (AutoresetMode.NEXT_STEP, AutoresetMode.DISABLED))
+    for one in (env, other):
+        one.reset(seed=0, options=at([1, 0], [81, 0]))
+    steps = [(env.step(action), other.step(action)) for action in actions(4, 2)]
+    assert all(equal(*pair) for pair in steps)
+    step, _ = steps[-1]
+    assert step[3].tolist() == [True, False]
+    assert step[4]["_tracking"].tolist() == [True, False]
+    state = env.get_state()
+    action = actions(1, 2)[0]
+    observation, rewards, terminated, truncated, info = env.step(action)
+    assert (rewards[0], terminated[0], truncated[0], info["reward/position"][0]) == (0.0, False, False, 0.0)
+    assert rewards[1] == other.step(action)[1][1]
+    assert not observation[0, env.observation_slices["smoothed_action"]].any()  # a new episode, in which nothing was done
+    again = env.step(np.zeros((2, 20)))
+    assert again[1][0] > 0.0
+    env.set_state(state)  # what is to be reset is part of the state
+    assert env.step(action)[1][0] == 0.0
+
+
+@pytest.mark.parametrize(
+    "copied",
+    [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env)), lambda env: cloudpickle.loads(cloudpickle.dumps(env))],
+    ids=["deepcopy", "pickle", "cloudpickle"],
+)
+def test_copies_and_pickles_go_on_exactly(library: MotionLibrary, copied: Callable[[AdaptMimicVectorEnv], AdaptMimicVectorEnv]) -> None:
+    env = AdaptMimicVectorEnv(library, 3, adaptive_starts=True)
+    env.reset(seed=3)
+    for action in actions(10, 3):
+        env.step(3.0 * action)
+    again = copied(env)
+    for action in actions(40, 3, seed=1):
+        assert equal(again.step(3.0 * action), env.step(3.0 * action))
+    assert copy.deepcopy(env).library is env.library  # shared, not copied
+
+
 def test_ends_are_one_kind_or_the_other(library: MotionLibrary) -> None:
     env = AdaptMimicVectorEnv(library, 16)
     env.reset(seed=3)
@@ -354,8 +396,14 @@ def test_preview_looks_ahead_and_stops_at_the_clips_end(library: MotionLibrary) 
 
 
 def test_what_the_env_cannot_do_is_refused(library: MotionLibrary) -> None:
-    with pytest.raises(ValueError, match="autoreset_mode should be SAME_STEP or DISABLED"):
-        AdaptMimicVectorEnv(library, 1, autoreset_mode=AutoresetMode.NEXT_STEP)
+    with pytest.raises(ValueError, match="render_mode is 'ansi', should be None or rgb_array"):
+        AdaptMimicVectorEnv(library, 1, render_mode="ansi")
+    env = AdaptMimicVectorEnv(library, 2)
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match=r"actions have shape \(20,\), should be \(2, 20\)"):
+        env.step(np.zeros(20))
+    with pytest.raises(ValueError, match="there is no option 'clips'; known are reset_mask, clip, frame, frames"):
+        env.reset(options={"clips": np.array([0, 1])})
     slow = MotionLibrary.from_arrays(library.clips, library.arrays(), 30.0)
     with pytest.raises(ValueError, match="the library's clips run at 30 fps, should be 60"):
         AdaptMimicVectorEnv(slow, 1)

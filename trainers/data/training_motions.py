@@ -17,7 +17,7 @@ from datasets.library.sources import ROUGH_GROUND_KINDS, SYNTHETIC_SOURCE, Sourc
 from datasets.library.splits import HoldoutSplit, resolve_holdout
 from datasets.motion.clip import BodyMotion
 from datasets.motion.discontinuities import split_at_discontinuities
-from datasets.retarget.joint_mapping import read_mapping
+from datasets.performer.reading_options import read_mapping
 from envs.physics.inverse_dynamics import with_feed_forward
 from trainers.data.motion_cache import PreparedClips, prepare_cached
 from trainers.data.motion_config import CLEAN, RECONSTRUCTED, DataConfig
@@ -64,8 +64,8 @@ def prepare_motions(config: DataConfig, cache: Path, log: Callable[[str], None])
 
 def build_library(config: DataConfig, log: Callable[[str], None]) -> MotionLibrary:
     """Return all clips of a source with their simulated suit recordings, packed."""
-    mapping = read_mapping(config.mapping) if config.mapping else None
-    recorded = load_source_motions(config.motions, mapping, seed=config.seed, progress=progress_bar("reading clips"), say=log)
+    reading = read_mapping(config.mapping) if config.mapping else None
+    recorded = load_source_motions(config.motions, reading, seed=config.seed, progress=progress_bar("reading clips"), say=log)
     for people in range(1, config.synthetic_sets + 1):
         recorded += [
             SourceMotion(replace(clip, name=f"{clip.name}_{people}")) for clip in load_clips(SYNTHETIC_SOURCE, seed=config.seed + people)

@@ -9,12 +9,15 @@ from gymnasium.vector import AutoresetMode
 from datasets.library.motion_library import MotionLibrary
 from envs.mimic.episode_metrics import TRACKING_METRICS
 from envs.mimic.spec import EPISODE_FRAMES, MimicSpec
+from envs.mimic.termination import is_upright
 from envs.vector_env import AdaptMimicVectorEnv
 
 NUM_OFFSETS = 20  # rollouts of a window, each beginning one frame later
 WINDOW_FRAMES = EPISODE_FRAMES + NUM_OFFSETS
 MIN_CLIP_FRAMES = 120  # clips under 2 s are left out
 MAX_PARALLEL_ROLLOUTS = 512  # rollouts played at once
+
+UPRIGHT_RATIO = "upright_ratio"  # like the episode length ratio, but only falls end an episode, not drift
 
 PolicyFn = Callable[[np.ndarray], np.ndarray]  # observations (N, O) to actions (N, A)
 
@@ -66,10 +69,10 @@ def evaluate_rollouts(act: PolicyFn, library: MotionLibrary, spec: MimicSpec, ro
         threads: Number of native threads.
 
     Returns:
-        ``TRACKING_METRICS`` by name, shape (R,) each.
+        ``TRACKING_METRICS`` and ``upright_ratio`` by name, shape (R,) each.
     """
     count = len(rollouts.clip)
-    found = {name: np.full(count, np.nan) for name in TRACKING_METRICS}
+    found = {name: np.full(count, np.nan) for name in (*TRACKING_METRICS, UPRIGHT_RATIO)}
     env = AdaptMimicVectorEnv(library, min(MAX_PARALLEL_ROLLOUTS, count), spec, threads, AutoresetMode.DISABLED)
     for first in range(0, count, env.num_envs):
         # The last part is filled up with rollouts that were played before, as an env has one size.
@@ -77,14 +80,26 @@ def evaluate_rollouts(act: PolicyFn, library: MotionLibrary, spec: MimicSpec, ro
         observation, _ = env.reset(
             options={"clip": rollouts.clip[indices], "frame": rollouts.frame[indices], "frames": rollouts.frames[indices]}
         )
-        running = np.ones(env.num_envs, dtype=bool)
-        while running.any():
+        running, upright = np.ones(env.num_envs, dtype=bool), np.ones(env.num_envs, dtype=bool)
+        steps = 0
+        while (running | upright).any():
             observation, _, terminated, truncated, info = env.step(act(observation))
+            steps += 1
+            lasts = steps < env.episode_steps
+            fell = upright & ~(lasts & ~info["physics_failed"] & _is_upright(env))
+            found[UPRIGHT_RATIO][indices[fell]] = steps / env.episode_steps[fell]
+            upright &= ~fell
             just_ended = running & (terminated | truncated)
             for name in TRACKING_METRICS if just_ended.any() else ():
                 found[name][indices[just_ended]] = info["tracking"][name][just_ended]
             running &= ~just_ended
     return found
+
+
+def _is_upright(env: AdaptMimicVectorEnv) -> np.ndarray:
+    """Return whether the humanoid of each world is upright, shape (N,)."""
+    root = env.library.start_pose[env.library_rows]
+    return is_upright(env.physics.bodies(), env.library.at(env.library_rows).observed.pos[:, 0], root[:, 3:7])
 
 
 def zero_residual(spec: MimicSpec) -> PolicyFn:

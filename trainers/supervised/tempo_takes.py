@@ -8,7 +8,7 @@ from datasets.library.sources import SYNTHETIC_SOURCE, load_clips
 from datasets.motion.clip import BodyMotion
 from datasets.motion.discontinuities import split_at_discontinuities
 from datasets.motion.kinematics import resample
-from datasets.retarget.joint_mapping import read_mapping
+from datasets.performer.reading_options import read_mapping
 from trainers.data.motion_config import SourceConfig
 from trainers.data.root_source import IMU_SYSTEMS
 from trainers.runs.run_log import progress_bar
@@ -16,9 +16,9 @@ from trainers.runs.run_log import progress_bar
 
 def load_ground_truth_clips(config: SourceConfig, fps: float) -> list[BodyMotion]:
     """Return a source's clips with roots that no IMU suit recorded, cut at discontinuities; none of the source "synthetic"."""
-    mapping = read_mapping(config.mapping) if config.mapping else None
+    reading = read_mapping(config.mapping) if config.mapping else None
     recorded = (
-        [] if config.motions == SYNTHETIC_SOURCE else load_clips(config.motions, mapping, fps, config.seed, progress_bar("reading clips"))
+        [] if config.motions == SYNTHETIC_SOURCE else load_clips(config.motions, reading, fps, config.seed, progress_bar("reading clips"))
     )
     return [part for clip in recorded if clip.rooted and clip.system not in IMU_SYSTEMS for part in split_at_discontinuities(clip)]
 

@@ -4,22 +4,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from datasets.cleanup.foot_contacts import detect_foot_contacts
 from datasets.formats.bvh import read_bvh
 from datasets.imu.suit_simulation import simulate_suit
 from datasets.library.drift_alignment import align_drift
 from datasets.library.sources import find_motion_files, load_clips
 from datasets.motion.clip import FPS, BodyMotion
 from datasets.motion.kinematics import resample
+from datasets.performer.performer_clip import performer_clip_from_bvh
 from datasets.retarget.humanoid_bvh import to_humanoid_bvh
-from datasets.retarget.performer_clip import performer_clip_from_bvh
 from datasets.retarget.retarget import retarget, retarget_with
 from datasets.retarget.transfer_back import from_performer_bvh
 from eval.clean.pipeline import CleaningPipeline
 from eval.evaluation_recordings import IMU_SUIT_CLIPS, TEST_FOLDERS
-from eval.metrics.artefact_tracks import sole_speeds
 from eval.metrics.artefacts import artefact_metrics, support_slide
 from trainers.data.root_source import faulty_clip
 
@@ -109,8 +105,7 @@ def clean_case(case: Case, cleaner: CleaningPipeline) -> CaseResult:
             TRUTH: _measure_artefacts(carried, carried),
         }
     else:
-        contacts = detect_foot_contacts(read)
-        sides = {BEFORE: _measure_artefacts(read, contacts=contacts), AFTER: _measure_artefacts(after, original=read, contacts=contacts)}
+        sides = {BEFORE: _measure_artefacts(read), AFTER: _measure_artefacts(after, original=read)}
     sides[AFTER] |= {
         "physics": float(cleaned.confidence.mean()),
         "restarts": 60.0 * len(cleaned.restarts) / read.seconds,
@@ -120,24 +115,9 @@ def clean_case(case: Case, cleaner: CleaningPipeline) -> CaseResult:
     return CaseResult(recorded.name, recorded.performer, recorded.kind, sides, cleaned.notices)
 
 
-def _measure_artefacts(
-    clip: BodyMotion, truth: BodyMotion | None = None, original: BodyMotion | None = None, contacts: np.ndarray | None = None
-) -> Values:
-    """Return the artefacts of a clip; feet stand as in the truth, or else as in ``contacts`` (T, 2)."""
-    contacts = detect_foot_contacts(truth) if truth else contacts
-    assert contacts is not None
-    return artefact_metrics(clip, truth, original) | {"support_slide": support_slide(clip), "stance_skate": stance_skate(clip, contacts)}
-
-
-def stance_skate(clip: BodyMotion, contacts: np.ndarray) -> float:
-    """Return the mean horizontal speed [cm/s] of a foot's lowest point while that foot stands in two adjacent frames; 0 if none does.
-
-    Args:
-        clip: T frames.
-        contacts: Whether the left and the right foot stand, shape (T, 2).
-    """
-    speeds = sole_speeds(clip)[contacts[1:] & contacts[:-1]]
-    return 100.0 * float(speeds.mean()) if len(speeds) else 0.0
+def _measure_artefacts(clip: BodyMotion, truth: BodyMotion | None = None, original: BodyMotion | None = None) -> Values:
+    """Return the artefacts of a clip; feet stand as in the truth, or else as in the original."""
+    return artefact_metrics(clip, truth, original) | {"support_slide": support_slide(clip)}
 
 
 def result_to_json(result: CaseResult) -> dict[str, Any]:

@@ -3,18 +3,17 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from eval.metrics.artefacts import REMOVABLE
 from eval.metrics.catalogue import ARTEFACT_CATALOGUE
 from eval.pages.figures import GREY, RECORDED, SUITED, figure
 from eval.study.clean.cases import BEFORE, CLEAN, REAL, SOURCES, SUITS, TRUTH, Case, CaseResult
 from eval.study.clean.findings import COMPARED_MEASURES
-from eval.study.clean.rows import ALL, NO_PHYSICS, NO_RESTORING, PRETRAINED, kind_part, row_name
+from eval.study.clean.rows import ALL, NO_PHYSICS, NO_RESTORING, PRETRAINED, REMOVED, kind_part, row_name
 from eval.study.framework.page import Group, Measure, Plot
 
 COLOURS = {BEFORE: SUITED, NO_PHYSICS: GREY, NO_RESTORING: "#4aa5a0", PRETRAINED: RECORDED, TRUTH: "#6b9e5b"}
 OTHERS = ("#9a7fb8", "#d9541f", "#d9a51f")  # of further policies
-STANCE = "horizontal speed of a foot's lowest point while it stands, told by height and speed; in the clean truth where that is known"
 _MEASURES = {name: Measure(metric.unit, metric.text) for name, metric in ARTEFACT_CATALOGUE.items()} | {
-    "stance_skate": Measure("cm/s", STANCE),
     "support_slide": Measure("cm/s", "horizontal speed of the slower foot's lowest point, whatever its height"),
     "physics": Measure("ratio", "share of the output that is the simulation's, by how far it is trusted in each frame"),
     "restarts": Measure("1/min", "how often the simulation began again from the reference"),
@@ -29,12 +28,14 @@ def _of(*names: str) -> dict[str, Measure]:
 
 _MAIN = _of(
     "foot_skate", "stance_skate", "support_slide", "floating", "ground_penetration", "self_penetration", "jitter", "imbalance",
-    "deviation_local", "truth_error_local", "physics", "restarts",
+    "deviation_local", "truth_error_local", "contact_agreement", "touchdown_error", "physics", "restarts",
 )  # fmt: skip
 _REST = _of(
     "skating_ratio", "self_penetration_depth", "deviation_world", "truth_error_world", "ground_level", "seconds",
 )  # fmt: skip
-_WITHOUT_TRUTH = {name: measure for name, measure in _MAIN.items() if name != "truth_error_local"}
+_WITH_TRUTH = ("truth_error_local", "contact_agreement", "touchdown_error")
+_WITHOUT_TRUTH = {name: measure for name, measure in _MAIN.items() if name not in _WITH_TRUTH}
+_REMOVED = {name: Measure("ratio", f"share of the excess over the truth that was removed: {_MEASURES[name].text}") for name in REMOVABLE}
 GROUPS = (
     Group(
         "Simulated suits, all clips",
@@ -43,6 +44,12 @@ GROUPS = (
         "the root drifts up and down: as read is what the cleaning proper begins with. After is on the ground that the reading found.",
         _MAIN,
         (f"{SUITS}, {ALL}",),
+    ),
+    Group(
+        "Simulated suits, what was removed",
+        "(before - after) / (before - truth) of the means: 1 is as clean as the truth. Empty where before is within a tenth of it.",
+        _REMOVED,
+        (REMOVED,),
     ),
     Group("Simulated suits, by folder", "The same.", _MAIN, tuple(f"{SUITS}, {source}" for source in SOURCES)),
     Group("Simulated suits, by kind of motion", "The same.", _MAIN, (f"{SUITS}, {kind_part('')}",)),

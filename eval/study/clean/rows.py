@@ -2,11 +2,12 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 
+from eval.metrics.artefacts import removed_shares
 from eval.study.clean.cases import AFTER, AS_READ, BEFORE, CLEAN, REAL, SUITS, TRUTH, Case, CaseResult, Values
-from eval.study.framework.page import Row, study_row
+from eval.study.framework.page import Row, study_row, summarise_seeds
 
 PRETRAINED, NO_RESTORING, NO_PHYSICS = "shipped policy", "no restoring", "no physics"
-ALL = "all"
+ALL, REMOVED = "all", "removed from simulated suits"
 
 
 def row_name(group: str, part: str, side: str) -> str:
@@ -27,14 +28,23 @@ def clean_rows(cases: Sequence[Case], results: Mapping[str, Sequence[CaseResult]
         results: Results of each clip by variant of the cleaning, the package's own first.
     """
     first = next(iter(results.values()))
-    rows = []
+    rows, removed = [], []
     for group in (SUITS, REAL, CLEAN):
         for part, members in _parts(group, cases, first):
             sides = {side: _side(first, members, side) for side in (BEFORE, AS_READ)}
             sides |= {variant: _side(own, members, AFTER) for variant, own in results.items()}
             sides[TRUTH] = _side(first, members, TRUTH)
             rows += [study_row(row_name(group, part, side), values) for side, values in sides.items() if values]
-    return rows
+            if group == SUITS:
+                removed += [study_row(row_name(REMOVED, part, variant), [_removed(sides, variant)]) for variant in results]
+    return rows + removed
+
+
+def _removed(sides: Mapping[str, list[Values]], variant: str) -> Values:
+    """Return the share of each artefact's excess over the truth that a variant removes, of the means over clips."""
+    return removed_shares(
+        *({name: value["mean"] for name, value in summarise_seeds(sides[side]).items()} for side in (BEFORE, variant, TRUTH))
+    )
 
 
 def _parts(group: str, cases: Sequence[Case], results: Sequence[CaseResult]) -> Iterator[tuple[str, list[int]]]:

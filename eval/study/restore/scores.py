@@ -11,8 +11,7 @@ from datasets.library.misalignment import follow_heading, misalignment_tracks
 from datasets.motion.clip import BodyMotion
 from datasets.motion.kinematics import body_poses
 from eval.clean.restored_poses import restore_clip
-from eval.metrics.artefacts import mean_distance_local_mm
-from eval.study.clean.cases import stance_skate
+from eval.metrics.artefacts import mean_distance_local_mm, stance_skate
 from eval.study.restore.suit_pairs import SuitPair
 
 Scores = dict[str, float]

@@ -23,8 +23,7 @@ from eval.clean.simulate_clip import write_segments
 from eval.clean.stages import repair_kinematically
 from eval.evaluation_recordings import TEST_CLIPS
 from eval.metrics.artefact_tracks import distances_local
-from eval.metrics.artefacts import artefact_metrics
-from eval.study.clean.cases import stance_skate
+from eval.metrics.artefacts import artefact_metrics, stance_skate
 from eval.study.framework.page import Group, Measure, Study, study_row
 from trainers.algorithms.policy_file import load_policy
 from trainers.runs.run_log import make_console

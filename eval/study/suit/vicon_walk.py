@@ -26,7 +26,7 @@ from datasets.imu.suit_simulation import track_root
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_NAMES, SKELETON
 from datasets.motion.rotation import from_yaw, heading, rotate
-from datasets.retarget.performer_clip import load_performer_clip
+from datasets.performer.performer_clip import load_performer_clip
 from datasets.retarget.retarget import retarget
 from eval.evaluation_recordings import IMU_SUIT_CLIPS, OPTICAL_WALK_FRAMES, SENSOR_WALK_FOLDER, WALK_SENSORS
 

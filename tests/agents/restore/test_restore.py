@@ -86,3 +86,12 @@ def test_windows_fade_into_one_another() -> None:
 def test_the_root_path_is_not_touched() -> None:
     clip = lively()
     assert np.array_equal(restore_poses(Told([0.1] * 2, [0.1] * 2), clip).motion.root_position, clip.root_position)
+
+
+def test_windows_without_a_seen_frame_are_not_asked() -> None:
+    # Of the windows from 0 and from 20 on, at 30 Hz, only the second sees the last two seconds at 60 Hz; what it says of them stands alone.
+    clip = resample_to(lively(), 119, 60.0)
+    restored = restore_poses(Told([0.2], [1e-4]), clip, np.arange(119) >= 80)
+    assert restored.constant[CHEST, 1] == pytest.approx(0.2)
+    assert not restored.contacts[:79].any()
+    assert np.allclose(restored.contacts[81:], 1.0)

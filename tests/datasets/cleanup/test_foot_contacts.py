@@ -10,7 +10,7 @@ from datasets.cleanup.foot_contacts import debounce_labels, detect_foot_contacts
 from datasets.motion.clip import BodyMotion
 from datasets.motion.frame_spans import true_spans
 from datasets.motion.kinematics import resample
-from datasets.retarget.performer_clip import load_performer_clip
+from datasets.performer.performer_clip import load_performer_clip
 from datasets.retarget.retarget import retarget
 from datasets.synthetic import clips as synthetic
 from datasets.synthetic.footsteps import FeetTrack

@@ -119,6 +119,14 @@ def test_who_lies_or_crawls_is_on_more_than_feet() -> None:
     assert find_off_feet_spans(tilted(arms | legs, 70.0, 0.52)) == [(0, 180, "kneels or crawls")]
 
 
+def test_who_lies_on_the_side_lies() -> None:
+    # Rolled by 90 degrees onto the right arm, which lies along the body: the shoulder, 0.2 m from the middle, and the arm are under it.
+    clip = posed({"upper_arm_l_x": -80.0, "upper_arm_r_x": 80.0, "thigh_l_y": -40.0, "shin_l_y": 60.0}, frames=180, height=0.3)
+    local = clip.local_rotations.copy()
+    local[:, 0] = from_axis_angle(np.array([1.0, 0.0, 0.0]), np.radians(90.0))
+    assert find_off_feet_spans(replace(clip, local_rotations=local)) == [(0, 180, "lies")]
+
+
 def onto_a_step(rise: float) -> BodyMotion:
     """Return a figure that puts the left foot on a step at 1 s and the right one at 1.8 s, and goes on up there from 3 s to 4.3 s."""
     places = ((0, 0.0, 0.0), (0.25, 0.15, rise + 0.05), (0.5, 0.3, rise), (2, 0.3, rise), (2.25, 0.45, rise + 0.05), (2.5, 0.6, rise))

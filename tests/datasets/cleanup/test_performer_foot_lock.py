@@ -12,7 +12,7 @@ from datasets.motion.clip import BodyMotion, Motion
 from datasets.motion.humanoid import FOOT_AND_TOE_BODIES
 from datasets.motion.kinematics import body_poses, joint_poses, lowest_point_heights
 from datasets.motion.rotation import conjugate, cross, multiply, rotation_angle
-from datasets.retarget.performer_clip import performer_clip_from_bvh
+from datasets.performer.performer_clip import performer_clip_from_bvh
 from datasets.retarget.retarget import Retargeted, retarget, retarget_with
 from datasets.retarget.transfer_back import transfer_back
 from tests.builders import as_bvh, posed

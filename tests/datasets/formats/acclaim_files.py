@@ -142,3 +142,11 @@ def _wild_number(text: bytes, rng: np.random.Generator) -> bytes:
 
 
 _MUTATIONS = (_swap_names, _many_bones, _many_frames, _wild_number)
+
+
+def mutate_numbers(text: bytes, rng: np.random.Generator) -> bytes:
+    """Return an ASF or AMC file with up to five other words, mostly numbers, which goes deeper than the parser."""
+    words = text.split(b" ")
+    for place in rng.integers(len(words), size=rng.integers(1, 6)):
+        words[place] = (b"0", b"1e6", b"-1e6", b"1e-300", b"nan", b"90", b"180", b"0\n")[rng.integers(8)]
+    return b" ".join(words)

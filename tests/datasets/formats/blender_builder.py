@@ -2,6 +2,7 @@
 
 python blender_builder.py build SPEC.npz OUT...       a scene of the figure, exported in the format of each suffix
 python blender_builder.py inspect FILE FACTS.npz      where its mesh is in each frame, and names
+python blender_builder.py reexport FILE.bvh FOLDER    the file by Blender: BVH of every up axis, order and scale; with a mesh, FBX and glTF
 """
 
 import json
@@ -12,6 +13,15 @@ import bpy  # type: ignore[import-not-found]
 import numpy as np
 from mathutils import Matrix, Vector  # type: ignore[import-not-found]
 
+TURNS = {  # of the armature, by the axis that then points up
+    "z": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+    "x": ((0, 0, 1), (1, 0, 0), (0, 1, 0)),
+    "y": ((1, 0, 0), (0, 0, 1), (0, -1, 0)),
+    "-x": ((0, 0, -1), (1, 0, 0), (0, -1, 0)),
+    "-y": ((1, 0, 0), (0, 0, -1), (0, 1, 0)),
+    "-z": ((1, 0, 0), (0, -1, 0), (0, 0, -1)),
+}
+ORDERS, SCALES = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX"), (1.0, 0.01, 100.0, 1.0 / 0.0254, 10.0, 0.001)
 HALF_WIDTH = 0.02  # m, of the tetrahedron around each joint
 BALL_STEP = 0.1  # m a frame, of an object that moves beside the figures
 
@@ -162,9 +172,38 @@ def inspect(path: Path, facts: str) -> None:
     np.savez(facts, told=json.dumps(told), centres=np.array(centres), ball=np.array(ball))
 
 
+def reexport(source: str, folder: Path) -> None:
+    """Export a BVH file's armature with every up axis, each in another order and scale, and with a mesh as FBX and glTF."""
+    for index, (up, turn) in enumerate(TURNS.items()):
+        armature = import_bvh(source)
+        armature.matrix_world = Matrix(turn).to_4x4() @ armature.matrix_world
+        bpy.ops.object.transform_apply(location=False, rotation=True, scale=False)
+        first, last = map(round, armature.animation_data.action.frame_range)
+        out = folder / f"{up}_{ORDERS[index]}.bvh"
+        bpy.ops.export_anim.bvh(filepath=str(out), frame_start=first, frame_end=last, rotate_mode=ORDERS[index], global_scale=SCALES[index])
+    armature = import_bvh(source)
+    bones = armature.data.bones
+    add_mesh(armature, {"names": np.array([bone.name for bone in bones]), "heads": np.array([bone.head_local for bone in bones])})
+    for out in ("skinned.fbx", "skinned.glb"):
+        export(folder / out, "-Z Y", False)
+
+
+def import_bvh(source: str) -> bpy.types.Object:
+    """Import a BVH file into an empty scene of its rate and frames; return its armature."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.import_anim.bvh(filepath=source, update_scene_fps=True)
+    armature = next(one for one in bpy.data.objects if one.type == "ARMATURE")
+    bpy.context.scene.frame_start, bpy.context.scene.frame_end = map(round, armature.animation_data.action.frame_range)
+    bpy.context.view_layer.objects.active = armature
+    armature.select_set(True)
+    return armature
+
+
 if __name__ == "__main__":
     if sys.argv[1] == "build":
         with np.load(sys.argv[2], allow_pickle=False) as loaded:
             build(dict(loaded), sys.argv[3:])
+    elif sys.argv[1] == "reexport":
+        reexport(sys.argv[2], Path(sys.argv[3]))
     else:
         inspect(Path(sys.argv[2]), sys.argv[3])

@@ -188,3 +188,86 @@ MUTATIONS: tuple[Mutation, ...] = (
     _missing_values,
     _longer,
 )
+
+
+def mutate_gently(text: bytes, rng: np.random.Generator) -> bytes:
+    """Return a BVH file after one to three changes that leave it whole: other numbers, names or frames, which go deeper than the parser."""
+    for index in rng.integers(len(GENTLE_MUTATIONS), size=rng.integers(1, 4)):
+        text = GENTLE_MUTATIONS[index](text, rng)
+    return text
+
+
+def _rows(text: bytes) -> tuple[bytes, np.ndarray]:
+    """Return what is before the rows of a whole file, and their numbers (T, C)."""
+    lines = text.rstrip().split(b"\n")
+    first = max(number for number, line in enumerate(lines) if line.startswith(b"Frame Time")) + 1
+    return b"\n".join(lines[:first]), np.array([line.split() for line in lines[first:]], dtype=float)
+
+
+def _with_rows(head: bytes, values: np.ndarray) -> bytes:
+    before, frames, after = head.rpartition(b"\nFrames:")
+    head = before + frames + b" %d\n" % len(values) + after.partition(b"\n")[2]
+    return b"\n".join([head, *(" ".join(map(repr, row)).encode() for row in values.tolist()), b""])
+
+
+def _part_of_rows(values: np.ndarray, rng: np.random.Generator) -> tuple[slice, np.ndarray]:
+    """Return a span of frames, one or many, and some of the columns, one, all or any."""
+    first, last = sorted(rng.integers(len(values) + 1, size=2))
+    columns = (rng.integers(values.shape[1], size=1), np.arange(values.shape[1]), np.flatnonzero(rng.random(values.shape[1]) < 0.3))
+    return slice(first, max(last, first + 1) if rng.integers(2) else first + 1), columns[rng.integers(3)]
+
+
+def _other_values(text: bytes, rng: np.random.Generator) -> bytes:
+    """Make channels of some frames constant, huge, tiny, wild, or turn them round."""
+    head, values = _rows(text)
+    frames, columns = _part_of_rows(values, rng)
+    own = values[frames][:, columns]
+    number = float((0.0, 90.0, 180.0, -1e6, 1e6, 1e-300, 5e-324)[rng.integers(7)])
+    changed = (np.full_like(own, number), own * rng.normal(), own + rng.normal(0, 100, own.shape), own[::-1])[rng.integers(4)]
+    values[np.ix_(np.arange(len(values))[frames], columns)] = np.clip(changed, -1e6, 1e6)
+    return _with_rows(head, values)
+
+
+def _no_number(text: bytes, rng: np.random.Generator) -> bytes:
+    head, values = _rows(text)
+    frames, columns = _part_of_rows(values, rng)
+    values[np.ix_(np.arange(len(values))[frames], columns)] = (np.nan, np.inf)[rng.integers(2)]
+    return _with_rows(head, values)
+
+
+def _other_frames(text: bytes, rng: np.random.Generator) -> bytes:
+    """Keep few frames, repeat them, or hold one."""
+    head, values = _rows(text)
+    few = values[: rng.integers(1, 8)]
+    held = np.concat([values, np.repeat(values[-1:], rng.integers(1, 300), axis=0)])
+    return _with_rows(head, (few, np.concat([values, values]), held, np.repeat(values[:1], len(values), axis=0))[rng.integers(4)])
+
+
+def _other_time(text: bytes, rng: np.random.Generator) -> bytes:
+    times = (b"0.001", b"1", b"0.0001", b"0.9999", b"0.04", b"1e-4")
+    return text.replace(b"Frame Time: ", b"Frame Time: " + times[rng.integers(len(times))] + b"\nFrame Time: ", rng.integers(2))
+
+
+def _other_offsets(text: bytes, rng: np.random.Generator) -> bytes:
+    """Make one offset, or all in a part of the file, zero, tiny, huge or other."""
+    lines = text.split(b"\n")
+    places = [number for number, line in enumerate(lines) if line.strip().startswith(b"OFFSET")]
+    first, last = sorted(rng.integers(len(places) + 1, size=2))
+    for place in places[first : max(last, first + 1) if rng.integers(2) else first + 1]:
+        words = (b"0 0 0", b"1e-300 0 0", b"1e6 1e6 1e6", b"1e-9 1e-9 0", b"%f %f %f" % tuple(rng.normal(0, 30, 3)))
+        lines[place] = b"OFFSET " + words[rng.integers(len(words))]
+    return b"\n".join(lines)
+
+
+def _other_names(text: bytes, rng: np.random.Generator) -> bytes:
+    """Give a joint the name of another one, no telling one, or a side that it has not."""
+    lines = text.split(b"\n")
+    places = [number for number, line in enumerate(lines) if line.strip().startswith((b"JOINT", b"ROOT"))]
+    for place in rng.choice(places, size=rng.integers(1, 4)):
+        kind = lines[place].split()[0]
+        other = (lines[rng.choice(places)].split(maxsplit=1)[1], b"x", b"Left", b"\x07", b"%" * 80, "Bein\u2028L".encode())
+        lines[place] = kind + b" " + other[rng.integers(len(other))]
+    return b"\n".join(lines)
+
+
+GENTLE_MUTATIONS: tuple[Mutation, ...] = (_other_values, _no_number, _other_frames, _other_time, _other_offsets, _other_names)

@@ -1,6 +1,11 @@
 """A small MVNX file for tests: somebody in a T-pose who faces y."""
 
+import re
 from pathlib import Path
+
+import numpy as np
+
+from tests.datasets.formats.bvh_fuzzer import mutate
 
 # Segment, parent, origin [m] of someone in a T-pose who faces x. The leg is 0.50 + 0.5375 m, ours is 0.83: scale 0.8, hips as well
 SEGMENTS: dict[str, tuple[str, tuple[float, float, float]]] = {
@@ -50,3 +55,97 @@ def write_mvnx_file(folder: Path, text: str) -> Path:
     file = folder / "clip.mvnx"
     file.write_text(text, encoding="utf-8")
     return file
+
+
+NUMBERS = (b"nan", b"inf", b"1e999", b"1e6", b"-999999", b"0", b"1,5", b"x", b"", b"1 2", b"1e-300", b"9" * 5000)
+LABELS = (b"", b"Pelvis", b"Head", b"LeftHand", b"&#10;", b"&#x2028;", b"&lt;", b"x" * 5000, b"/", b"Prop1")
+COUNTS = (b"-1", b"0", b"1", b"0.0001", b"1e9", b"nan", b"inf", b"x", b"")
+BOMB = b'<!DOCTYPE mvnx [<!ENTITY a0 "1">' + b"".join(b'<!ENTITY a%d "&a%d;&a%d;">' % (n, n - 1, n - 1) for n in range(1, 60)) + b"]>"
+
+
+def mutate_mvnx(text: bytes, rng: np.random.Generator) -> bytes:
+    """Return an MVNX file after damage of any text, or one to three kinds of its own."""
+    if rng.integers(4) == 0:
+        return mutate(text, rng)
+    for index in rng.integers(len(MVNX_MUTATIONS), size=rng.integers(1, 4)):
+        text = MVNX_MUTATIONS[index](text, rng)
+    return text
+
+
+def _replace(text: bytes, pattern: bytes, by: bytes, rng: np.random.Generator, most: int = 3) -> bytes:
+    """Return the text with up to ``most`` of the places that fit a pattern, whose first group stays, replaced."""
+    found = list(re.finditer(pattern, text, re.DOTALL))
+    for place in sorted(rng.integers(len(found), size=rng.integers(1, most + 1)) if found else (), reverse=True):
+        text = text[: found[place].end(1)] + by + text[found[place].end() :]
+    return text
+
+
+def _mvnx_number(text: bytes, rng: np.random.Generator) -> bytes:
+    """Damage numbers of frames or points, far apart or many."""
+    return _replace(
+        text, rb"((?:<orientation>|<position>|<sensorFreeAcceleration>|<pos_b>| )+)[-+0-9.e]+", NUMBERS[rng.integers(len(NUMBERS))], rng, 20
+    )
+
+
+def _mvnx_zeros(text: bytes, rng: np.random.Generator) -> bytes:
+    """Make all positions or orientations of some frames zero."""
+    tag = (b"orientation", b"position")[rng.integers(2)]
+    return _replace(text, rb"(<%s>)[^<]*" % tag, b" ".join([b"0"] * (92 if tag == b"orientation" else 69)), rng, 20)
+
+
+def _mvnx_element(text: bytes, rng: np.random.Generator) -> bytes:
+    """Leave out, rename or double an element."""
+    tags = (
+        b"segments",
+        b"segment",
+        b"sensors",
+        b"sensor",
+        b"joints",
+        b"joint",
+        b"connector1",
+        b"frames",
+        b"frame",
+        b"orientation",
+        b"position",
+        b"points",
+        b"pos_b",
+    )
+    tag = tags[rng.integers(len(tags))]
+    found = list(re.finditer(rb"<%s[ >].*?(?:</%s>|/>)" % (tag, tag), text, re.DOTALL))
+    if not found:
+        return text
+    one = found[rng.integers(len(found))]
+    by = (b"", one[0] * int(rng.integers(2, 200)), one[0].replace(tag, b"x"), b"<%s/>" % tag)[rng.integers(4)]
+    return text[: one.start()] + by[: 2**22] + text[one.end() :]
+
+
+def _mvnx_label(text: bytes, rng: np.random.Generator) -> bytes:
+    return _replace(text, rb'(label=")[^"]*', LABELS[rng.integers(len(LABELS))], rng)
+
+
+def _mvnx_connector(text: bytes, rng: np.random.Generator) -> bytes:
+    return _replace(text, rb"(<connector[12]>)[^<]*", LABELS[rng.integers(len(LABELS))], rng)
+
+
+def _mvnx_attribute(text: bytes, rng: np.random.Generator) -> bytes:
+    name = (b"frameRate", b"index", b"type", b"segmentCount", b"xmlns", b"version")[rng.integers(6)]
+    return _replace(text, rb'(%s=")[^"]*' % name, COUNTS[rng.integers(len(COUNTS))], rng)
+
+
+def _mvnx_many(text: bytes, rng: np.random.Generator) -> bytes:
+    """Add thousands of segments, frames or nested elements."""
+    count = int(rng.integers(1, 20_000))
+    what = (b'<segment label="s%d"/>', b'<frame index="%d"/>', b"<deep>")[rng.integers(3)]
+    many = b"".join(what % number if b"%" in what else what for number in range(count))
+    place = (b"</segments>", b"</frames>", b"<segments>")[rng.integers(3)]
+    return text.replace(place, many + place, 1)
+
+
+def _mvnx_bomb(text: bytes, rng: np.random.Generator) -> bytes:
+    """Declare entities that would grow to millions of times their size, or that name a file."""
+    outside = b'<!DOCTYPE mvnx [<!ENTITY a59 SYSTEM "file:///etc/hostname">]>'
+    body = text.partition(b"?>")[2] or text
+    return (BOMB, outside)[rng.integers(2)] + _replace(body, rb"(<position>)[^<]*", b"&a59;", rng)
+
+
+MVNX_MUTATIONS = (_mvnx_number, _mvnx_zeros, _mvnx_element, _mvnx_label, _mvnx_connector, _mvnx_attribute, _mvnx_many, _mvnx_bomb)

@@ -13,8 +13,8 @@ from datasets.library.sources import load_clips
 from datasets.motion.humanoid import BODY_NAMES
 from datasets.motion.kinematics import body_poses
 from datasets.motion.skeleton import forward_kinematics
-from datasets.retarget.joint_mapping import JointMapping
-from datasets.retarget.performer_clip import load_performer_clip
+from datasets.performer.performer_clip import load_performer_clip
+from datasets.performer.reading_options import ReadingOptions
 from datasets.retarget.retarget import retarget
 from tests.datasets.formats.acclaim_files import ARM, STILL, mutate_acclaim, rows, write_arm, write_person
 
@@ -277,7 +277,7 @@ def test_a_stated_unit_that_nobody_fits_is_not_believed(tmp_path: Path) -> None:
     clip = load_performer_clip(motion)
     assert clip.unit == 0.01
     assert any("The unit that the file states, inch (legs would be 2.1 m), was not believed" in line for line in clip.notices)
-    assert load_performer_clip(motion, JointMapping(unit=0.02)).unit == 0.02
+    assert load_performer_clip(motion, ReadingOptions(unit=0.02)).unit == 0.02
 
 
 def test_a_folder_of_a_database_is_a_motion_source(tmp_path: Path) -> None:

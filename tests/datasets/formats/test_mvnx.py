@@ -59,13 +59,13 @@ def test_a_document_type_is_refused_unless_it_is_commented_out(tmp_path: Path) -
     ("text", "message"),
     [
         ("no xml at all", "not an MVNX file"),
-        ("<bvh/>", "its root is <bvh> and should be <mvnx>"),
+        ("<bvh/>", "its root is 'bvh' and should be <mvnx>"),
         (mvnx_text(THREE, rate="fast"), "frameRate 'fast' should be a number from 1 to 1000"),
         (mvnx_text(""), "no frames of type 'normal'"),
         (mvnx_text(mvnx_frame(0, "1 2 3")), "frame 0, <sensorFreeAcceleration>: 3 words, should be 6 finite numbers"),
         (mvnx_text(mvnx_frame(0, "1 2 3 4 5 nan")), "frame 0, <sensorFreeAcceleration>: 6 words, should be 6 finite numbers"),
         (mvnx_text(mvnx_frame(0, "1 2 3 4 5 x")), "should be 6 finite numbers"),
-        (mvnx_text(mvnx_frame(0, "0 0 0 0 0 0") + mvnx_frame(2, "0 0 0 0 0 0")), "frame index 2 stands where 1 should"),
+        (mvnx_text(mvnx_frame(0, "0 0 0 0 0 0") + mvnx_frame(2, "0 0 0 0 0 0")), "frame index '2' stands where 1 should"),
         (mvnx_text(THREE.replace("sensorFreeAcceleration", "sensorAcceleration")), "no sensor on the pelvis among none"),
         (mvnx_text(THREE.replace("sensorFree", "sensorNo").replace("sensorNo", "sensorFree", 2)), "frame 1 lacks <sensorFreeAcc"),
         (mvnx_text(THREE.replace(QUARTER, "2 0 0 0", 1)), "frame 0: orientation of 'Pelvis' should be a quaternion of length 1"),
@@ -73,6 +73,8 @@ def test_a_document_type_is_refused_unless_it_is_commented_out(tmp_path: Path) -
         (mvnx_text(THREE, sensors=("Pelvis", "Pelvis")), "2 sensors; 1 to 100 with labels of their own"),
         (mvnx_text(THREE).replace("<connector1>T8/j", "<connector1>Wing/j", 1), "joint 'jNeck' connects 'Wing' and 'Neck'"),
         (mvnx_text(THREE).replace("<connector1>Pelvis/j", "<connector1>T8/j", 1), "segment 'L5' should hang under one listed before it"),
+        (mvnx_text(THREE).replace("T8", "&#10;"), r"'\\n' stands where a segment's label"),
+        (mvnx_text(THREE).replace("T8", 300 * "T"), "'T{40}...' stands where a segment's label of at most 200"),
         (mvnx_text(THREE, sensors=("T8", "LeftHand")), "no sensor on the pelvis among T8, LeftHand"),
         (mvnx_text(THREE).replace("Leg", "Fin"), "no joint found for pelvis, thigh_l"),
     ],
@@ -81,6 +83,12 @@ def test_what_is_broken_is_named(tmp_path: Path, text: str, message: str) -> Non
     with pytest.raises(InputError, match=message) as caught:
         read_imu_recording(write_mvnx_file(tmp_path, text))
     assert "clip.mvnx" in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_elements_without_end_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mvnx, "MAX_ELEMENTS", 200)
+    with pytest.raises(InputError, match=r"clip.mvnx: holds more than 200 elements"):
+        read_mvnx(write_mvnx_file(tmp_path, mvnx_text(THREE).replace("</segments>", 200 * "<a/>" + "</segments>")))
 
 
 def test_a_file_that_is_not_there_or_too_large_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

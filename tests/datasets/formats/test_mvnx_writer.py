@@ -93,6 +93,27 @@ def test_another_rate_is_written(tmp_path: Path) -> None:
     assert (tmp_path / "out.mvnx").read_text().count('"100"') == 1
 
 
+def test_of_several_subjects_one_is_chosen_and_written(tmp_path: Path) -> None:
+    first = mvnx_text(THREE)
+    begin, end = first.index("<subject"), first.index("</subject>") + len("</subject>")
+    lower = first[begin:end].replace("<subject", '<subject label="Bo"').replace("1.1", "1.0").replace('"50"', '"25"')  # the pelvis
+    text = f"{first[:end]}{lower}{first[end:]}".replace("<subject frame", '<subject label="Al" frame')
+    file = write_mvnx_file(tmp_path, text)
+    (told,) = read_motion_file(file).notices
+    assert told == "The file holds 2 subjects, 1 ('Al'), 2 ('Bo'); number 1 was read. Another one is chosen by --figure N."
+    bvh = read_motion_file(file, figure=2)
+    assert bvh.frame_time == 1 / 25
+    np.testing.assert_allclose(bvh.values[:, :3], [(0.0, 0.0, 1.0)] * 3)
+    values = bvh.values + 0.0
+    values[:, 2] += 0.5
+    write_motion_file(tmp_path / "out.mvnx", replace(bvh, values=values), file)
+    written = (tmp_path / "out.mvnx").read_text()
+    assert written[:end] == text[:end]
+    np.testing.assert_allclose(read_mvnx(tmp_path / "out.mvnx", 2).positions[:, 0], [(0.0, 0.0, 1.5)] * 3)
+    with pytest.raises(InputError, match=r"clip.mvnx: --figure 3 should be from 1 to 2"):
+        read_motion_file(file, figure=3)
+
+
 def test_what_can_be_written_of_what(tmp_path: Path) -> None:
     file = write_mvnx_file(tmp_path, mvnx_text(THREE))
     bvh = read_motion_file(file)

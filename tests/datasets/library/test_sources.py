@@ -57,6 +57,17 @@ def test_a_broken_file_is_left_out_with_a_line(folder: Path, capsys: pytest.Capt
     assert capsys.readouterr().err == f"{line}\n"  # where nobody listens
 
 
+def test_what_was_guessed_of_files_is_told_in_one_line(folder: Path) -> None:
+    for name in ("b/take.bvh", "a/take.bvh"):
+        text = (folder / name).read_text()
+        (folder / name).write_text(text.replace("Frames:", "Frames: 7\nFrames:", 1).replace("HIERARCHY", "HIERARCHY # by hand", 1))
+    said: list[str] = []
+    load_clips(folder, say=said.append)
+    (line,) = said
+    assert line.startswith(f"{folder}: 2 of 3 files were read with something guessed or mended, or look wrong, such as take.bvh: Comments")
+    assert line.endswith(f"All lines: python -m datasets.describe {folder}")
+
+
 def test_no_whole_file_at_all_is_an_error(tmp_path: Path) -> None:
     for name in ("one.bvh", "two.bvh"):
         (tmp_path / name).write_text("HIERARCHY\n")

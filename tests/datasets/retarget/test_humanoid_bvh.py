@@ -13,8 +13,8 @@ from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_NAMES
 from datasets.motion.kinematics import body_poses
 from datasets.motion.rotation import conjugate, from_axis_angle, multiply, rotate, rotation_angle
+from datasets.performer.performer_clip import performer_clip_from_bvh
 from datasets.retarget.humanoid_bvh import to_humanoid_bvh
-from datasets.retarget.performer_clip import performer_clip_from_bvh
 from datasets.retarget.retarget import retarget
 from tests.builders import lively, posed
 

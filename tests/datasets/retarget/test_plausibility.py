@@ -7,18 +7,18 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from datasets.formats.bvh import Bvh
-from datasets.retarget.joint_mapping import JointMapping
-from datasets.retarget.performer_clip import performer_clip_from_bvh
+from datasets.performer.performer_clip import performer_clip_from_bvh
+from datasets.performer.reading_options import ReadingOptions
 from datasets.retarget.plausibility import find_implausible
-from datasets.retarget.reading import describe_reading
+from datasets.retarget.read_as import describe_reading
 from datasets.retarget.retarget import retarget
 from tests.builders import STANDING, as_bvh, in_axes, lively, posed
 
 MIRRORED = np.diag([-1.0, 1.0, 1.0])
 
 
-def told(bvh: Bvh, mapping: JointMapping | None = None) -> tuple[str, ...]:
-    return find_implausible(retarget(performer_clip_from_bvh(bvh, "clip", mapping)))
+def told(bvh: Bvh, reading: ReadingOptions | None = None) -> tuple[str, ...]:
+    return find_implausible(retarget(performer_clip_from_bvh(bvh, "clip", reading)))
 
 
 def pitched(degrees: float) -> Bvh:
@@ -38,8 +38,8 @@ def test_left_and_right_exchanged() -> None:
     (line,) = told(mirrored)
     assert line.startswith("Knees bend forward and toes point backward")
     assert line.endswith("--mirror.")
-    assert told(mirrored, JointMapping(mirror=True)) == ()
-    assert told(as_bvh(lively()), JointMapping(mirror=True))[0].endswith("leave out --mirror.")
+    assert told(mirrored, ReadingOptions(mirror=True)) == ()
+    assert told(as_bvh(lively()), ReadingOptions(mirror=True))[0].endswith("leave out --mirror.")
 
 
 def test_without_toes_the_way_tells_of_a_mirrored_file() -> None:
@@ -60,7 +60,7 @@ def test_upside_down_and_lying() -> None:
     assert line == "The head is under the pelvis in 100% of the take. If nobody stands on their hands, name the axis: --up -y."
     (line,) = told(pitched(90.0))  # face down, the head ahead: along the file's z
     assert line == "Somebody lies or crawls in 100% of the take. If they stand, name the axis that points up: --up z."
-    assert told(pitched(90.0), JointMapping(up_axis="y")) == ()
+    assert told(pitched(90.0), ReadingOptions(up_axis="y")) == ()
     assert told(pitched(45.0)) == ()
 
 
@@ -71,7 +71,7 @@ def test_an_animal() -> None:
     (line,) = told(replace(bvh, offsets=offsets))
     assert line.startswith("No human is so: the trunk 2.1 of the legs' length.")
     assert "head 'Head'" in line
-    assert told(replace(bvh, offsets=offsets), JointMapping(joints={"head": "Head"})) == ()
+    assert told(replace(bvh, offsets=offsets), ReadingOptions(joints={"head": "Head"})) == ()
 
 
 @pytest.mark.parametrize(("fps", "says"), [(600.0, "At 600 fps"), (4.0, "4 fps are no capture system's rate"), (120.0, None), (30.0, None)])
@@ -86,13 +86,13 @@ def test_rates_that_nobody_can_have(fps: float, says: str | None) -> None:
     assert [line.startswith(says or "") for line in found] == ([True] if says else [])
     if says:
         assert found[0].endswith("60 fps are likely: --fps 60.")
-    assert told(replace(bvh, values=values, frame_time=1.0 / fps), JointMapping(fps=60.0)) == ()
+    assert told(replace(bvh, values=values, frame_time=1.0 / fps), ReadingOptions(fps=60.0)) == ()
 
 
 def test_the_line_that_says_what_was_taken() -> None:
     sunk = as_bvh(posed({}, height=STANDING - 0.4), up="z", unit=0.001)
     read = describe_reading(retarget(performer_clip_from_bvh(sunk, "clip")))
     assert read == "read as: Z up, mm, 60 fps, facing +X, ground at -0.40 m, joints by name, retargeting error 0 mm"
-    said = JointMapping({"head": "Head"}, unit=0.001, up_axis="z", fps=50.0, mirror=False, zero_ground=True)
+    said = ReadingOptions({"head": "Head"}, unit=0.001, up_axis="z", fps=50.0, mirror=False, zero_ground=True)
     read = describe_reading(retarget(performer_clip_from_bvh(sunk, "clip", said)))
     assert read == "read as: Z up, mm, 50 fps, facing +X, ground at -0.40 m, put on 0, joints by name and mapping, retargeting error 0 mm"

@@ -8,7 +8,7 @@ import pytest
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES
 from datasets.motion.kinematics import body_poses
-from datasets.retarget.performer_clip import performer_clip_from_bvh
+from datasets.performer.performer_clip import performer_clip_from_bvh
 from datasets.retarget.retarget import retarget
 from datasets.retarget.retarget_error import measure_retarget, performer_points
 from tests.builders import STANDING, as_bvh, lively, posed

@@ -16,8 +16,8 @@ from datasets.motion.humanoid import BODY_NAMES, FOOT_AND_TOE_BODIES
 from datasets.motion.kinematics import body_poses, joint_poses
 from datasets.motion.rotation import conjugate, cross, from_axis_angle, multiply, rotate, rotation_angle
 from datasets.motion.skeleton import forward_kinematics
-from datasets.retarget.joint_mapping import JointMapping
-from datasets.retarget.performer_clip import PerformerClip, performer_clip_from_bvh
+from datasets.performer.performer_clip import PerformerClip, performer_clip_from_bvh
+from datasets.performer.reading_options import ReadingOptions
 from datasets.retarget.retarget import Retargeted, retarget, retarget_with
 from datasets.retarget.transfer_back import from_performer_bvh, to_performer_bvh, to_zero_ground, transfer_back
 from tests.builders import STANDING, as_bvh, in_axes, lively, posed
@@ -195,8 +195,8 @@ def test_a_file_with_other_axes_keeps_them(axes: np.ndarray) -> None:
     mirrored = bool(np.linalg.det(axes) < 0.0)
     straight, other = as_bvh(lively()), in_axes(as_bvh(lively()), axes)
     written = []
-    for bvh, mapping in ((straight, JointMapping()), (other, JointMapping(mirror=mirrored))):
-        clip = performer_clip_from_bvh(bvh, "clip", mapping)
+    for bvh, reading in ((straight, ReadingOptions()), (other, ReadingOptions(mirror=mirrored))):
+        clip = performer_clip_from_bvh(bvh, "clip", reading)
         result = retarget(clip)
         rising = turned(result.motion, "hand_l", (1.0, 0.0, 0.0), 30.0)
         rising = replace(rising, root_position=rising.root_position + np.linspace(0.0, 0.1, len(rising))[:, None] * (0.0, 0.0, 1.0))
@@ -210,7 +210,7 @@ def test_a_file_with_other_axes_keeps_them(axes: np.ndarray) -> None:
 
 def test_a_rate_that_was_said_is_written() -> None:
     bvh = as_bvh(posed({}))
-    clip = performer_clip_from_bvh(bvh, "clip", JointMapping(fps=24.0))
+    clip = performer_clip_from_bvh(bvh, "clip", ReadingOptions(fps=24.0))
     assert to_performer_bvh(bvh, clip, clip.motion).frame_time == pytest.approx(1.0 / 24.0)
 
 

@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+import torch
 from scipy.spatial.transform import Rotation
 
 from datasets.motion.body_state import BodyState
 from envs.mimic.reward import deviation_discount
-from envs.mimic.termination import has_fallen, has_lost_reference, has_strayed
+from envs.mimic.termination import has_fallen, has_lost_reference, has_strayed, is_upright
 from tests.envs.states import body, observed_of, random_state, rewarded_of, t_pose, tensors
 
 # Heights of the origins at which the upright shapes' lowest points would stand on the ground, z + end - radius = 0:
@@ -84,3 +85,32 @@ def test_worlds_are_judged_one_by_one_and_torch_agrees() -> None:
     many = random_state(5, 200)
     assert has_fallen(many).tolist() == has_fallen(tensors(many)).tolist()
     assert 0 < has_fallen(many).sum() < 200
+
+
+@pytest.mark.parametrize(
+    ("height", "turn", "expected"),
+    [
+        (0.24, ("z", 0.0), True),
+        (-0.26, ("z", 0.0), False),  # 0.25 m
+        (0.0, ("z", 3.0), True),  # whichever way it faces
+        (0.0, ("y", 0.79), True),
+        (0.0, ("y", 0.81), False),  # 0.8 rad
+        (0.0, ("x", -0.81), False),
+    ],
+)
+@pytest.mark.parametrize("heading", [0.0, 2.0])
+def test_a_pelvis_is_upright_where_it_is_as_high_and_tilted(height: float, turn: tuple[str, float], expected: bool, heading: float) -> None:
+    agent, target = t_pose(), t_pose()
+    agent.pos[:] += [4.0, 3.0, height]  # wherever it is
+    agent.rot[0, 0] = (Rotation.from_euler("z", heading) * Rotation.from_euler(*turn)).as_matrix()
+    still = np.array([[1.0, 0.0, 0.0, 0.0]])
+    assert bool(is_upright(agent, target.pos[:, 0], still)[0]) is expected
+    agent, root, still = tensors(agent), torch.from_numpy(target.pos[:, 0]), torch.from_numpy(still)
+    assert bool(is_upright(agent, root, still)[0]) is expected
+
+
+def test_whoever_leans_as_the_reference_does_is_upright() -> None:
+    # Both lean forward by 1 rad, one faces the other way.
+    agent, leaning = t_pose(), Rotation.from_euler("y", 1.0)
+    agent.rot[0, 0] = (Rotation.from_euler("z", np.pi) * leaning).as_matrix()
+    assert is_upright(agent, t_pose().pos[:, 0], leaning.as_quat(scalar_first=True)[None])[0]

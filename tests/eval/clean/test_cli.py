@@ -18,6 +18,7 @@ from datasets.motion.clip import BodyMotion
 from eval.clean import believed_root
 from eval.clean import cli as clean
 from eval.clean.pipeline import CleaningPipeline
+from eval.clean.report_data import collect_report_data, frames_csv
 from eval.clean.result import CleaningResult
 from tests.builders import as_bvh, in_axes, posed, write_two_figures
 from tests.datasets.formats.acclaim_files import PERSON, write_person
@@ -335,12 +336,16 @@ def test_clips_of_a_few_frames_come_back(frames: int, fps: float) -> None:
     assert told.kept.all()
 
 
-def test_a_pose_is_no_clip_without_a_root(monkeypatch: pytest.MonkeyPatch) -> None:
-    # Who keeps still within a centimetre cannot be told from a recording that holds no root: the path is worked out, and said to be.
+def test_feet_that_slide_under_a_still_pelvis_are_a_clip_without_a_root(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Who keeps still within a centimetre is believed; legs that walk under a still pelvis are not.
     monkeypatch.setattr(believed_root, "reconstruct_missing_root", lambda clip, _: replace(clip, rooted=False))
     shrink_search(monkeypatch)
     *_, told = cleaned(still(90))
-    assert told.notices == ("The recording does not say where the pelvis went, or lets the figure hover; its path was reconstructed.",)
+    assert told.notices == ()
+    angles = 20.0 * np.sin(np.arange(90) / 10.0)
+    poses = [posed({"thigh_l_y": angle, "thigh_r_y": -angle}, 1).local_rotations for angle in angles]
+    *_, told = cleaned(replace(still(90), local_rotations=np.concat(poses)))
+    assert told.notices[0] == "The recording does not say where the pelvis went, or lets the figure hover; its path was reconstructed."
 
 
 def test_who_sits_is_left_alone_and_told(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -356,6 +361,21 @@ def test_who_sits_is_left_alone_and_told(monkeypatch: pytest.MonkeyPatch) -> Non
     turns = np.abs(out.values - bvh.values)[60:120]
     assert turns.max() < 1.0
     assert np.abs(out.values - bvh.values)[:60].max() > turns.max()
+
+
+def test_all_times_are_those_of_the_file(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A T-pose is held for two seconds before the clip, in whose second second somebody is said to sit."""
+    shrink_search(monkeypatch)
+    monkeypatch.setattr(believed_root, "find_off_feet_spans", lambda _: [believed_root.OffFeetSpan(60, 120, "sits")])
+    bvh, tpose = as_bvh(standing(180)), as_bvh(posed({}, 120))
+    _, told = CleaningPipeline(simulator()).clean(replace(bvh, values=np.concat([tpose.values, bvh.values])), "clip")
+    assert told.notices[0].startswith("The motion begins after a jump at frame 121;")
+    assert told.notices[1].startswith("Somebody sits from 3.0 s to 4.0 s:")
+    assert told.restarts == (4.0,)
+    report = collect_report_data(told)
+    assert (report["start_s"], report["seconds"]) == (2.0, 3.0)
+    assert report["kept"]["spans"][-1] == pytest.approx((3.0, 4.0), abs=0.05)
+    assert frames_csv(told).splitlines()[1].startswith("0,2.0000,")
 
 
 def test_what_is_no_human_is_refused() -> None:

@@ -30,6 +30,8 @@ def test_a_hand_that_physics_moved_is_told() -> None:
     assert (span.start_s, span.stop_s) == pytest.approx((1.0, 89 / 60))
     assert (span.body, span.stage) == ("hand_l", "physics")
     assert span.distance_mm == pytest.approx(92.4, abs=0.1)
+    (later,) = find_moved_spans(recorded, {"restoring": restored, "physics": simulated}, 2.5)  # after a rest pose
+    assert (later.start_s, later.stop_s) == pytest.approx((3.5, 2.5 + 89 / 60))
     assert moved_notice((span,)) == "Moved by more than 50 mm: left hand by 92 mm at 1.0 to 1.5 s (physics)."
 
 

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from datasets.damage.damage import SPIKE, Damage
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_NAMES
 from datasets.motion.rotation import from_axis_angle
-from datasets.retarget.damage import SPIKE, Damage
 from eval.clean import video as clean_film
 from eval.clean.misalignments import Misalignment
 from eval.clean.report import write_clip_report, write_folder_report

@@ -5,6 +5,7 @@ import pytest
 import torch
 
 from agents.restore.model import RestorePrediction
+from datasets.cleanup.off_feet_spans import OffFeetSpan
 from eval.clean import restored_poses
 from eval.clean.restored_poses import restore_clip
 from tests.agents.restore.test_restore import Told, pitched
@@ -37,6 +38,32 @@ def test_poses_that_no_strap_explains_stay_the_very_clip() -> None:
     left = restore_clip(Told([1.0], [0.1]), clip)
     assert left.motion is clip
     assert (left.contacts, left.misalignments, left.unknown_poses) == (None, (), True)
+
+
+def test_who_lies_is_neither_judged_nor_corrected(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(restored_poses, "MIN_MEAN_MISALIGNMENT_DEG", 0.8)
+    truth = lively(moving=180).cut(40, 220)  # three seconds, of which the first one lies
+    faulty = pitched(truth, 0.3)
+    restored = restore_clip(Flickering([-0.3], [0.02]), faulty, [OffFeetSpan(0, 60, "lies")])
+    assert np.array_equal(restored.motion.local_rotations[:60], faulty.local_rotations[:60])
+    assert np.allclose(restored.motion.local_rotations[91:], truth.local_rotations[91:], atol=2e-4)  # half a second later
+    assert restored.contacts is not None
+    assert not restored.contacts[:58].any()
+    assert restored.contacts[62:].all()
+
+
+def test_who_sits_is_corrected(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(restored_poses, "MIN_MEAN_MISALIGNMENT_DEG", 0.8)
+    truth = lively().cut(40, 80)
+    restored = restore_clip(Flickering([-0.3], [0.02]), pitched(truth, 0.3), [OffFeetSpan(0, 40, "sits or is held")])
+    assert np.allclose(restored.motion.local_rotations, truth.local_rotations, atol=2e-4)
+
+
+def test_who_lies_all_the_while_stays_the_very_clip() -> None:
+    clip = lively().cut(40, 80)
+    left = restore_clip(Told([0.3], [0.1]), clip, [OffFeetSpan(0, 40, "sits or is held and lies")])
+    assert left.motion is clip
+    assert (left.contacts, left.unknown_poses) == (None, True)
 
 
 def test_without_a_network_nothing_is_done() -> None:

@@ -10,7 +10,15 @@ from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES
 from datasets.motion.rotation import from_axis_angle, multiply
 from eval.metrics.artefact_tracks import compute_artefact_tracks, contacts_by_height, self_penetration_depths
-from eval.metrics.artefacts import artefact_metrics, contact_agreement, mean_distance_local_mm, mean_distance_world_mm
+from eval.metrics.artefacts import (
+    artefact_metrics,
+    compare_contact_rules,
+    mean_distance_local_mm,
+    mean_distance_world_mm,
+    removed_shares,
+    stance_skate,
+    touchdown_error_ms,
+)
 
 STANDING = 0.94  # m, of the pelvis: hip 0.03 below it, leg 0.42 + 0.41, ankle 0.08 above the sole
 X, Y, Z = np.eye(3)
@@ -230,13 +238,50 @@ def test_rule_and_force_agree_in_shares() -> None:
     """Of four feet two agree; one is low without a load, one is loaded without being low. Half of them carry."""
     force = np.array([[True, False], [True, False]])
     height = np.array([[True, True], [False, False]])
-    assert contact_agreement(force, height) == {"agree": 0.5, "height_alone": 0.25, "force_alone": 0.25, "commoner": 0.5}
-    assert contact_agreement(force[:0], height[:0]) == {}
+    assert compare_contact_rules(force, height) == {"agree": 0.5, "height_alone": 0.25, "force_alone": 0.25, "commoner": 0.5}
+    assert compare_contact_rules(force[:0], height[:0]) == {}
     with pytest.raises(ValueError, match="should be equal"):
-        contact_agreement(force, height[:1])
+        compare_contact_rules(force, height[:1])
 
 
 def test_a_clip_of_one_frame_has_no_speed_and_no_jitter() -> None:
     """Nothing moves within one frame; what a pose shows is still measured."""
     values = artefact_metrics(clip(path(z=STANDING + 0.03, frames=1)))
     assert (values["floating"], values["foot_skate"], values["skating_ratio"], values["jitter"]) == (pytest.approx(30.0), 0.0, 0.0, 0.0)
+
+
+def test_a_foot_that_stands_skates_as_fast_as_it_glides() -> None:
+    # A T-pose that glides at 0.2 m/s: 20 cm/s of either foot, whenever it stands; where none does there is nothing to skate.
+    stands = np.zeros((FRAMES, 2), dtype=bool)
+    assert stance_skate(sliding(0.2), stands) == 0.0
+    stands[5:9, 1] = True
+    assert stance_skate(sliding(0.2), stands) == pytest.approx(20.0)
+
+
+def test_feet_that_stand_in_the_truth_skate_at_any_height() -> None:
+    # A T-pose that glides 5 cm above the ground at 0.6 m/s; in the truth it stands. Without a truth or an original it does not, being fast.
+    still, gliding = sliding(0.0), sliding(0.6, z=STANDING + 0.05)
+    known, original = artefact_metrics(gliding, truth=still), artefact_metrics(gliding, original=still)
+    assert (known["stance_skate"], known["foot_skate"]) == (pytest.approx(60.0), pytest.approx(60.0))
+    assert (original["stance_skate"], original["foot_skate"]) == (pytest.approx(60.0), 0.0)
+    assert artefact_metrics(gliding)["stance_skate"] == 0.0
+    assert known["contact_agreement"] == 0.0
+    assert "contact_agreement" not in artefact_metrics(still, truth=still)
+
+
+def test_touch_downs_are_as_far_off_as_the_nearest_one() -> None:
+    # The left foot comes down at frames 6 and 40 in the truth, at 9 and 30 in the clip: 3 and 10 frames off at 60 per second.
+    # The right one comes down at frame 20 in the truth and never in the clip: 500 ms.
+    truth, own = np.zeros((60, 2), dtype=bool), np.zeros((60, 2), dtype=bool)
+    truth[6:20, 0] = truth[40:50, 0] = truth[20:, 1] = True
+    own[9:20, 0] = own[30:50, 0] = True
+    assert touchdown_error_ms(own, truth, 60.0) == pytest.approx((50.0 + 500.0 / 3.0 + 500.0) / 3.0)
+    assert touchdown_error_ms(own, np.zeros_like(truth), 60.0) == 0.0
+
+
+def test_what_was_removed_is_counted_from_the_truth() -> None:
+    # 20 before, 8 after, 4 in the truth: 12 of 16. Floating before is within a tenth of the truth's. Distances are no artefact.
+    before = {"stance_skate": 20.0, "floating": 1.05, "jitter": 0.5, "truth_error_local": 40.0}
+    after = {"stance_skate": 8.0, "floating": 0.0, "jitter": 0.6, "truth_error_local": 30.0}
+    truth = {"stance_skate": 4.0, "floating": 1.0, "jitter": 0.3, "truth_error_local": 0.0}
+    assert removed_shares(before, after, truth) == {"stance_skate": pytest.approx(0.75), "jitter": pytest.approx(-0.5)}

@@ -8,9 +8,10 @@ import mediapy
 import numpy as np
 import pytest
 
+from datasets.motion.generalised_positions import motion_to_qpos
 from datasets.motion.humanoid import HINGE_NAMES
 from eval.pages import render
-from eval.pages.render import AGENT_COLOUR, LOST_COLOUR, REFERENCE_COLOUR, encode_mp4, motion_to_qpos, render_pair, save_strip
+from eval.pages.render import AGENT_COLOUR, LOST_COLOUR, REFERENCE_COLOUR, encode_mp4, render_pair, save_strip
 from tests.builders import posed
 
 SIZE = (160, 96)

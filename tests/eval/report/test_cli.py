@@ -18,6 +18,7 @@ from datasets.formats.bvh import write_bvh
 from datasets.library.motion_library import ClipInfo, MotionLibrary
 from datasets.library.sources import SourceMotion
 from datasets.motion.clip import BodyMotion
+from datasets.motion.generalised_positions import motion_to_qpos
 from envs.mimic.spec import MimicSpec
 from eval.metrics.rollout_motion import (
     ArtefactComparison,
@@ -25,12 +26,12 @@ from eval.metrics.rollout_motion import (
     compare_artefacts,
     mean_over_clips,
     mean_over_windows,
-    qpos_to_motion,
+    poses_to_motion,
     simulate_rollouts,
 )
 from eval.metrics.tracking import ClipTracking, group_clips, summarise, survival_shares
 from eval.pages.artefact_plots import PANELS
-from eval.pages.render import can_render, motion_to_qpos, render_pair
+from eval.pages.render import can_render, render_pair
 from eval.report import cli as report
 from eval.report import clip_selection as tested_clips
 from eval.report import videos as films
@@ -165,7 +166,7 @@ def test_the_truth_is_put_where_the_window_begins_but_keeps_its_height() -> None
 
 
 def test_poses_become_a_clip_at_60_fps() -> None:
-    found = qpos_to_motion(motion_to_qpos(standing("a", 61))[::2], standing("like"))
+    found = poses_to_motion(motion_to_qpos(standing("a", 61))[::2], standing("like"))
     assert (len(found), found.fps, found.name) == (61, 60.0, "like")
     np.testing.assert_allclose(found.local_rotations, standing("a", 61).local_rotations, atol=1e-9)
 
@@ -233,9 +234,11 @@ def test_the_command_leaves_whole_files_and_a_picture_where_it_can_draw(written:
 
 def test_the_json_has_the_keys_that_other_tools_read(written: Path) -> None:
     found = json.loads((written / "report.json").read_text())
-    five = {"episode_length_ratio", "root_mse", "sr90", "max_reward_ratio", "body_error"}
-    assert set(found["tracking"]) == set(found["tracking_zero_residual"]) == five
-    assert set(found["tracking_suit"]) == set(found["tracking_suit_zero_residual"]) == {*five, "root_mse_truth"}
+    always = {"episode_length_ratio", "root_mse", "sr90", "max_reward_ratio", "body_error", "upright_ratio"}
+    assert set(found["tracking"]) == set(found["tracking_zero_residual"]) == always
+    assert set(found["tracking_suit"]) == set(found["tracking_suit_zero_residual"]) == {*always, "root_mse_truth"}
+    # Who has fallen is not upright, and who is lost may be: no rollout is upright for less time than it lasts but by a step.
+    assert found["tracking"]["upright_ratio"]["mean"] >= found["tracking"]["episode_length_ratio"]["mean"] - 0.02
     assert all(set(value) == {"mean", "std"} for value in found["tracking"].values())
     assert {"foot_skate", "floating", "ground_penetration", "jitter"} <= set(found["artefacts"]["before"])
     assert {"deviation_local", "deviation_world"} <= set(found["artefacts"]["after"])

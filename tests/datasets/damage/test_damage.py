@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from datasets.damage import damage
+from datasets.damage.damage import EMPTY, FROZEN, POSE_JUMP, ROOT_JUMP, SPIKE, WILD, Damage, damage_after
 from datasets.formats.bvh import Bvh
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import HINGE_COUNT, rotations_from_hinges
-from datasets.retarget.damage import EMPTY, FROZEN, POSE_JUMP, ROOT_JUMP, SPIKE, WILD, Damage, damage_after
-from datasets.retarget.joint_mapping import JointMapping
-from datasets.retarget.performer_clip import PerformerClip, performer_clip_from_bvh
+from datasets.performer.performer_clip import PerformerClip, performer_clip_from_bvh
+from datasets.performer.reading_options import ReadingOptions
 from datasets.retarget.transfer_back import from_performer_bvh, to_performer_bvh
 from tests.builders import STANDING, as_bvh, hinge, posed
 
@@ -222,7 +223,7 @@ def test_a_jump_of_the_root_is_kept_out_of_the_clip_and_written_unless_it_is_to_
     clean = steady()
     across = columns_of(clean, "Hips")[0]
     damaged = with_rows(clean, slice(75, FRAMES), clean.values[75:][:, [across]] + 300.0, [across])
-    found = performer_clip_from_bvh(damaged, "clip", JointMapping(close_jumps=close))
+    found = performer_clip_from_bvh(damaged, "clip", ReadingOptions(close_jumps=close))
     assert found.damage == (Damage(ROOT_JUMP, 75, 76, ("Hips",)),)
     assert found.notices[0].startswith(
         "The root jumps from one frame to the next, by 3.00 m at frame 76: " + ("closed" if close else "kept")
@@ -246,6 +247,22 @@ def test_two_jumps_one_way_within_a_second_are_no_spike(axis: int) -> None:
     found = performer_clip_from_bvh(damaged, "clip")
     assert found.damage == (Damage(ROOT_JUMP, 60, 61, ("Hips",)), Damage(ROOT_JUMP, 100, 101, ("Hips",)))
     np.testing.assert_array_equal(to_performer_bvh(damaged, found, found.motion).values, damaged.values)
+
+
+def test_a_long_clip_is_looked_through_in_parts_as_if_it_were_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Parts of half a second, 30 frames: spikes of three frames lie in one, across two, and at the end."""
+    damaged, rng = steady(), np.random.default_rng(0)
+    for start in (40, 59, 88, FRAMES - 2):
+        stop = min(start + 3, FRAMES)
+        damaged = with_rows(damaged, slice(start, stop), rng.uniform(-90.0, 90.0, (stop - start, damaged.values.shape[1])))
+    whole = performer_clip_from_bvh(damaged, "clip")
+    monkeypatch.setattr(damage, "PART_S", 0.5)
+    monkeypatch.setattr(damage, "PART_CONTEXT_S", 1.0)
+    parts = performer_clip_from_bvh(damaged, "clip")
+    assert [one.start for one in whole.damage] == [40, 59, 88, FRAMES - 2]
+    assert parts.damage == whole.damage
+    np.testing.assert_allclose(parts.motion.local_rotations, whole.motion.local_rotations, atol=1e-12)
+    np.testing.assert_allclose(parts.motion.local_positions, whole.motion.local_positions, atol=1e-12)
 
 
 def test_of_damage_at_a_dropped_t_pose_that_in_the_frames_after_it_is_listed() -> None:

@@ -1,5 +1,6 @@
 """Local poses as tracks, one for each joint's rotation and one for each joint's position: steps from frame to frame, and gaps bridged."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -31,6 +32,21 @@ class LocalTracks:
     def count(self) -> int:
         """Number of tracks."""
         return 2 * len(self.parents)
+
+    def cut(self, part: slice) -> Self:
+        """Return some of the frames."""
+        return replace(self, positions=self.positions[part], rotations=self.rotations[part])
+
+    def replaced(self, changes: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> Self:
+        """Return the poses with other ones in some frames.
+
+        Args:
+            changes: Indices of frames (N,), with their positions (N, J, 3) and rotations (N, J, 4).
+        """
+        positions, rotations = self.positions.copy(), self.rotations.copy()
+        for frames, own_positions, own_rotations in changes:
+            positions[frames], rotations[frames] = own_positions, own_rotations
+        return replace(self, positions=positions, rotations=rotations)
 
     def world_poses(self) -> tuple[np.ndarray, np.ndarray]:
         """Return positions (T, J, 3) [m] and rotations (T, J, 4) of the joints in the world."""

@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 from datasets.formats.bvh import Bvh
 from datasets.motion.clip import BodyMotion
 from datasets.motion.rotation import rotate
-from datasets.retarget.file_axes import AXES, LEFT_TO_RIGHT, file_axes, turn_points, turn_rotations
-from datasets.retarget.joint_mapping import JointMapping
-from datasets.retarget.performer_clip import PerformerClip, performer_clip_from_bvh
+from datasets.performer.file_axes import AXES, LEFT_TO_RIGHT, file_axes, turn_points, turn_rotations
+from datasets.performer.performer_clip import PerformerClip, performer_clip_from_bvh
+from datasets.performer.reading_options import ReadingOptions
 from datasets.retarget.retarget import retarget
 from tests.builders import as_bvh, in_axes, lively, posed
 
@@ -101,7 +101,7 @@ def test_a_fall_tells_where_up_is() -> None:
 def test_a_mirrored_file_is_the_motion_once_it_is_mirrored_back() -> None:
     clip = lively()
     mirrored = in_axes(as_bvh(clip), np.diag([-1.0, 1.0, 1.0]))
-    found = retarget(performer_clip_from_bvh(mirrored, "clip", JointMapping(mirror=True)))
+    found = retarget(performer_clip_from_bvh(mirrored, "clip", ReadingOptions(mirror=True)))
     np.testing.assert_allclose(found.motion.root_position, clip.root_position, atol=1e-6)
     np.testing.assert_allclose(np.abs(np.sum(found.motion.local_rotations * clip.local_rotations, axis=-1)), 1.0, atol=1e-6)
     np.testing.assert_array_equal(LEFT_TO_RIGHT @ (1.0, 2.0, 3.0), (1.0, -2.0, 3.0))

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from datasets.damage.spikes import steps_beside
+from datasets.joints.joint_tree import JointMap, ancestors
 from datasets.motion.clip import Motion
 from datasets.motion.humanoid import LEG_LENGTH
-from datasets.motion.kinematics import joint_poses
-from datasets.retarget.joint_tree import JointMap, ancestors
-from datasets.retarget.spikes import steps_beside
+from datasets.motion.skeleton import joint_tracks
 
 MIN_JUMP_M, MIN_JUMP_RATIO = 0.2, 5.0  # m, in the humanoid's size, and over the two steps before and after
 MAX_PELVIS_ACCELERATION_M_S2 = 100.0  # m/s^2, from frame to frame; a landing's is half of it
@@ -62,9 +62,9 @@ def find_root_jumps(motion: Motion, joint_map: JointMap, leg: float) -> RootJump
     """
     if len(motion) < 3:
         return NO_JUMPS
-    positions, _ = joint_poses(motion)
     pelvis = joint_map["pelvis"]
-    moved = np.diff(positions[:, pelvis], axis=0) * LEG_LENGTH / leg
+    positions, _ = joint_tracks(motion.skeleton.parents, motion.local_positions, motion.local_rotations, [pelvis])
+    moved = np.diff(positions[:, 0], axis=0) * LEG_LENGTH / leg
     steps = steps_beside(np.linalg.norm(moved, axis=-1)[:, None])
     floor = max(MIN_JUMP_M, MAX_PELVIS_ACCELERATION_M_S2 / motion.fps**2)
     jumps = np.flatnonzero(steps.size > np.maximum(floor, MIN_JUMP_RATIO * np.maximum(steps.before, steps.after)))

@@ -13,8 +13,8 @@ from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_NAMES, SKELETON
 from datasets.motion.kinematics import body_poses, joint_poses
 from datasets.motion.rotation import conjugate, from_axis_angle, multiply, rotate
-from datasets.retarget.joint_mapping import JointMapping
-from datasets.retarget.performer_clip import PerformerClip, performer_clip_from_bvh
+from datasets.performer.performer_clip import PerformerClip, performer_clip_from_bvh
+from datasets.performer.reading_options import ReadingOptions
 from datasets.retarget.retarget import retarget, retarget_with
 from datasets.retarget.transfer_back import from_performer_bvh, to_performer_bvh, transfer_back
 from tests.builders import MIXAMO, as_bvh, lively, posed
@@ -278,6 +278,6 @@ def test_on_a_turned_tree_a_bone_that_is_damaged_is_mended_in_the_file() -> None
 def test_a_mapping_is_followed_on_a_turned_tree() -> None:
     bvh = hung_from_the_head(lively())
     names = tuple({"HIP": "Bone4", "LeftForeArm": "Bone9"}.get(name, name) for name in bvh.names)
-    found = performer_clip_from_bvh(replace(bvh, names=names), "clip", JointMapping({"pelvis": "Bone4", "forearm_l": "Bone9"}))
+    found = performer_clip_from_bvh(replace(bvh, names=names), "clip", ReadingOptions({"pelvis": "Bone4", "forearm_l": "Bone9"}))
     assert found.motion.skeleton.names[found.joint_map["forearm_l"]] == "Bone9"
     assert found.motion.skeleton.parents[found.joint_map["pelvis"]] == -1

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from configs.errors import InputError
 from datasets.formats.bvh_parser import MAX_FRAME_TIME, MIN_FRAME_TIME
-from datasets.retarget.joint_mapping import UP_AXES, JointMapping, read_mapping
+from datasets.performer.reading_options import UP_AXES, ReadingOptions, read_mapping
 
 
 def add_reading_options(parser: argparse.ArgumentParser) -> None:
@@ -42,25 +42,25 @@ def parse_reading(parser: argparse.ArgumentParser, arguments: Sequence[str] | No
     return parser.parse_args(words)
 
 
-def mapping_from_options(options: argparse.Namespace) -> JointMapping:
+def reading_from_arguments(arguments: argparse.Namespace) -> ReadingOptions:
     """Return what the user said, in a mapping file and by options, of which the options count more.
 
     Raises:
         InputError: If a number is none that could be, or the mapping file is broken.
     """
-    if options.unit is not None and not 0.0 < options.unit < math.inf:
-        raise InputError(f"--unit {options.unit:g} should be a positive number")
-    if options.fps is not None and not 1 / MAX_FRAME_TIME <= options.fps <= 1 / MIN_FRAME_TIME:
-        raise InputError(f"--fps {options.fps:g} should be a frame rate from {1 / MAX_FRAME_TIME:g} to {1 / MIN_FRAME_TIME:g}")
-    mapping = read_mapping(options.mapping) if options.mapping else JointMapping()
+    if arguments.unit is not None and not 0.0 < arguments.unit < math.inf:
+        raise InputError(f"--unit {arguments.unit:g} should be a positive number")
+    if arguments.fps is not None and not 1 / MAX_FRAME_TIME <= arguments.fps <= 1 / MIN_FRAME_TIME:
+        raise InputError(f"--fps {arguments.fps:g} should be a frame rate from {1 / MAX_FRAME_TIME:g} to {1 / MIN_FRAME_TIME:g}")
+    reading = read_mapping(arguments.mapping) if arguments.mapping else ReadingOptions()
     return replace(
-        mapping,
-        unit=options.unit or mapping.unit,
-        up_axis=options.up or mapping.up_axis,
-        fps=options.fps,
-        figure=options.figure,
-        skeleton=options.skeleton,
-        mirror=options.mirror,
-        zero_ground=options.ground == "zero",
-        close_jumps=options.jumps == "close",
+        reading,
+        unit=arguments.unit or reading.unit,
+        up_axis=arguments.up or reading.up_axis,
+        fps=arguments.fps,
+        figure=arguments.figure,
+        skeleton=arguments.skeleton,
+        mirror=arguments.mirror,
+        zero_ground=arguments.ground == "zero",
+        close_jumps=arguments.jumps == "close",
     )

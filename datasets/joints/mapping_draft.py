@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 
 from configs.errors import InputError
+from datasets.joints.joint_guess import guess_by_symmetry
+from datasets.joints.joint_tree import JointMap, ancestors
 from datasets.motion.humanoid import BODIES, BODY_NAMES
-from datasets.retarget.joint_guess import guess_by_symmetry
-from datasets.retarget.joint_tree import JointMap, ancestors
 
 DRAFT_SUFFIX = ".mapping.yaml"
 _PARENTS = {body.name: body.parent for body in BODIES}

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from datasets.joints.joint_mapping import JointGeometry, find_joint_map
 from datasets.motion.humanoid import BODIES, BODY_NAMES
-from datasets.retarget.joint_mapping import JointGeometry, find_joint_map
 
 # family: left and right; then pelvis, spine, chest, head and, with * for the side, collar, upper arm, forearm, hand, thigh, shin,
 # foot, toe; - where the family has none

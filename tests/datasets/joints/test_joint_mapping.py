@@ -1,12 +1,10 @@
 """Mapping of joints to bodies."""
 
-from pathlib import Path
-
 import pytest
 
 from configs.errors import InputError
+from datasets.joints.joint_mapping import find_joint_map
 from datasets.motion.humanoid import BODY_NAMES
-from datasets.retarget.joint_mapping import JointMapping, find_joint_map, read_mapping
 
 # name and parent's name of each joint, one string a skeleton
 FASHIONS = {
@@ -84,44 +82,17 @@ def test_what_is_missing_is_named_beside_what_there_is() -> None:
     names = tuple(name.replace("LeftForeArm", "Bone7") for name in names)
     with pytest.raises(InputError, match=r"forearm_l among Hips.*Bone7.*mapping file"):
         find_joint_map(names, parents)
-    assert names[find_joint_map(names, parents, JointMapping({"forearm_l": "Bone7"}))["forearm_l"]] == "Bone7"
+    assert names[find_joint_map(names, parents, {"forearm_l": "Bone7"})["forearm_l"]] == "Bone7"
 
 
 def test_a_mapping_overrides_what_is_found() -> None:
     names, parents = skeleton("cmu")
-    assert names[find_joint_map(names, parents, JointMapping({"spine": "LowerBack"}))["spine"]] == "LowerBack"
+    assert names[find_joint_map(names, parents, {"spine": "LowerBack"})["spine"]] == "LowerBack"
 
 
 def test_joints_that_do_not_hang_together_are_refused() -> None:
     names, parents = skeleton("cmu")
     with pytest.raises(InputError, match=r"'RightHand' was taken for hand_l but does not hang under 'LeftForeArm'"):
-        find_joint_map(names, parents, JointMapping({"hand_l": "RightHand"}))
+        find_joint_map(names, parents, {"hand_l": "RightHand"})
     with pytest.raises(InputError, match=r"head: 'Haed' is no joint.*perhaps 'Head'"):
-        find_joint_map(names, parents, JointMapping({"head": "Haed"}))
-
-
-def test_a_mapping_file_says_joints_unit_and_axis(tmp_path: Path) -> None:
-    file = tmp_path / "mapping.yaml"
-    file.write_text("thigh_l: LeftUpLeg\nunit: 0.0254\nup: -z\n")
-    assert read_mapping(file) == JointMapping({"thigh_l": "LeftUpLeg"}, 0.0254, "-z")
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("thihg_l: LeftUpLeg", "unknown key 'thihg_l', perhaps 'thigh_l'"),
-        ("unit: cm", "unit 'cm' should be a positive number"),
-        ("unit: -1", "unit '-1' should be a positive number"),
-        ("unit: .inf", "unit 'inf' should be a positive number"),
-        ("up: north", "up 'north' should be one of x, y, z, -x, -y, -z"),
-        ("[1, 2]", "holds lines like"),
-        ("a: [", "not a readable mapping file"),
-    ],
-)
-def test_a_bad_mapping_file_is_refused_in_one_line(tmp_path: Path, text: str, message: str) -> None:
-    file = tmp_path / "mapping.yaml"
-    file.write_text(text)
-    with pytest.raises(InputError, match=message) as caught:
-        read_mapping(file)
-    assert "\n" not in str(caught.value)
-    assert str(file) in str(caught.value)
+        find_joint_map(names, parents, {"head": "Haed"})

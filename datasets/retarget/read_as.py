@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from datasets.retarget.performer_clip import name_of_unit
+from datasets.performer.performer_clip import name_of_unit
 from datasets.retarget.retarget import Retargeted
 from datasets.retarget.retarget_error import measure_retarget
 
@@ -13,12 +13,12 @@ def describe_reading(retargeted: Retargeted) -> str:
     error = 1e3 * float(np.nanmean(measure_retarget(retargeted).error_local))
     parts = [
         f"{clip.up_axis.upper()} up",
-        *(["left and right exchanged"] if clip.mapping.mirror else []),
+        *(["left and right exchanged"] if clip.reading.mirror else []),
         name_of_unit(clip.unit),
         f"{clip.motion.fps:g} fps",
         f"facing {facing(retargeted)}",
-        f"ground at {retargeted.ground:.2f} m{', put on 0' if clip.mapping.zero_ground else ''}",
-        f"joints by name{' and mapping' if clip.mapping.joints else ''}",
+        f"ground at {retargeted.ground:.2f} m{', put on 0' if clip.reading.zero_ground else ''}",
+        f"joints by name{' and mapping' if clip.reading.joints else ''}",
         f"retargeting error {error:.0f} mm",
     ]
     return f"read as: {', '.join(parts)}"

@@ -1,20 +1,17 @@
-"""Mapping of a skeleton's joints to the 20 bodies, found from names and topology or given by a mapping file."""
+"""Mapping of a skeleton's joints to the 20 bodies, found from names, tree and geometry, or told."""
 
 import difflib
-import math
-import os
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
 from itertools import pairwise, product
-from pathlib import Path
 
 import numpy as np
-import yaml
 
 from configs.errors import InputError
+from datasets.joints.joint_names import HELPER_WORDS, JointName, read_joint_names
+from datasets.joints.joint_tree import JointMap, ancestors, lowest_common_ancestor, rerooted
+from datasets.joints.mapping_draft import JointMapError, draft_mapping
 from datasets.motion.humanoid import BODIES, BODY_NAMES
-from datasets.retarget.joint_names import HELPER_WORDS, JointName, read_joint_names
-from datasets.retarget.joint_tree import JointMap, ancestors, lowest_common_ancestor, rerooted
-from datasets.retarget.mapping_draft import JointMapError, draft_mapping
 
 # Words of the joint at the upper end of each limb segment, least ambiguous first. "shoulder" is the collar where an upper arm has a
 # name of its own, "hip" and "foot" likewise, so the order of this table matters.
@@ -28,7 +25,6 @@ _LIMBS: dict[str, tuple[str, ...]] = {
     "foot": ("ankle", "leg ankle", "foot"),
     "toe": ("toe base", "toe", "ball", "foot"),
 }
-UP_AXES = ("x", "y", "z", "-x", "-y", "-z")
 _CHAINS = (("thigh", "shin", "foot"), ("upper_arm", "forearm", "hand"))
 _TRUNK = {"hip", "pelvis", "spine", "chest", "hub", "neck", "head"}
 OPTIONAL_BODIES = ("spine", "chest", "collar_l", "collar_r", "toe_l", "toe_r")  # without a joint they move with their parents
@@ -54,73 +50,15 @@ class JointGeometry:
     turns: np.ndarray
 
 
-@dataclass(frozen=True)
-class JointMapping:
-    """What the user said of a file, in a mapping file or by options, which completes or overrides what is detected.
-
-    Attributes:
-        joints: Body name -> joint name.
-        unit: Metres per unit of the file, None to detect it.
-        up_axis: Axis that points up, one of ``UP_AXES``, None to detect it.
-        fps: Frame rate [1/s], None for the file's.
-        mirror: Whether left and right are to be exchanged, of a file that was exported left-handed.
-        zero_ground: Whether the output is put on the height zero.
-        figure: Number of the figure that is meant, from 1, in a file with several; None where there is one.
-        skeleton: File of the skeleton, of a motion file that has it apart; None to find it.
-        close_jumps: Whether jumps of the root are left out of the output.
-    """
-
-    joints: dict[str, str] = field(default_factory=dict)
-    unit: float | None = None
-    up_axis: str | None = None
-    fps: float | None = None
-    mirror: bool = False
-    zero_ground: bool = False
-    figure: int | None = None
-    skeleton: Path | None = None
-    close_jumps: bool = False
-
-
-def read_mapping(path: str | os.PathLike[str]) -> JointMapping:
-    """Read a mapping file: YAML with lines such as ``thigh_l: LeftUpLeg``, ``unit: 0.01`` and ``up: y``.
-
-    Args:
-        path: Mapping file.
-
-    Returns:
-        Contents of the file.
-
-    Raises:
-        InputError: If the file cannot be read or holds something unknown.
-    """
-    try:
-        entries = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise InputError(f"{path}: not a readable mapping file ({' '.join(str(error).split())}); lines like 'head: Head'") from error
-    if not isinstance(entries, dict):
-        raise InputError(f"{path}: a mapping file holds lines like 'thigh_l: LeftUpLeg'")
-    known = (*BODY_NAMES, "unit", "up")
-    for key in entries:
-        if key not in known:
-            near = difflib.get_close_matches(str(key), known, 1) or ["pelvis"]
-            raise InputError(f"{path}: unknown key '{key}', perhaps '{near[0]}'; known are {', '.join(known)}")
-    unit, up = entries.pop("unit", None), entries.pop("up", None)
-    if unit is not None and not (isinstance(unit, int | float) and 0.0 < unit < math.inf):
-        raise InputError(f"{path}: unit '{unit}' should be a positive number of metres, such as 0.01")
-    if up is not None and up not in UP_AXES:
-        raise InputError(f"{path}: up '{up}' should be one of {', '.join(UP_AXES)}")
-    return JointMapping({body: str(joint) for body, joint in entries.items()}, unit, up)
-
-
 def find_joint_map(
-    names: tuple[str, ...], parents: tuple[int, ...], mapping: JointMapping | None = None, geometry: JointGeometry | None = None
+    names: tuple[str, ...], parents: tuple[int, ...], told: Mapping[str, str] | None = None, geometry: JointGeometry | None = None
 ) -> JointMap:
     """Return the joint of each body.
 
     Args:
         names: Joint names.
         parents: Index of each joint's parent, -1 for the root.
-        mapping: Joints known beforehand.
+        told: Name of the joint of each body that is known beforehand.
         geometry: What the clip shows of its joints.
 
     Returns:
@@ -131,7 +69,7 @@ def find_joint_map(
         JointMapError: If a required body has no joint, or the joints are not connected like a human's.
     """
     read = read_joint_names(names)
-    joint_map = _told(names, mapping or JointMapping())
+    joint_map = _told(names, told or {})
     for side in "lr":
         for chain in _CHAINS:
             _find_chain(joint_map, chain, side, read, parents, geometry)
@@ -157,14 +95,14 @@ def uncertain_bodies(joint_map: JointMap, names: tuple[str, ...]) -> list[str]:
     return [*limbs, *(["head"] if head else [])]
 
 
-def _told(names: tuple[str, ...], mapping: JointMapping) -> JointMap:
-    """Return the joints of the bodies that the mapping names."""
-    for body, joint in mapping.joints.items():
+def _told(names: tuple[str, ...], told: Mapping[str, str]) -> JointMap:
+    """Return the indices of the joints that are told."""
+    for body, joint in told.items():
         if joint not in names:
             near = difflib.get_close_matches(joint, names, 1)
             hint = f"perhaps '{near[0]}'; " if near else ""
             raise InputError(f"the mapping's {body}: '{joint}' is no joint of this skeleton; {hint}joints are {', '.join(names)}")
-    return {body: names.index(joint) for body, joint in mapping.joints.items()}
+    return {body: names.index(joint) for body, joint in told.items()}
 
 
 def _words(pattern: str) -> frozenset[str]:

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from datasets.formats.bvh import Bvh, write_bvh
+from datasets.joints.mapping_draft import JointMapError, save_draft
 from datasets.motion.humanoid import BODY_NAMES
-from datasets.retarget.joint_mapping import read_mapping
-from datasets.retarget.mapping_draft import JointMapError, save_draft
-from datasets.retarget.performer_clip import load_performer_clip, performer_clip_from_bvh
+from datasets.performer.performer_clip import load_performer_clip, performer_clip_from_bvh
+from datasets.performer.reading_options import read_mapping
 from tests.builders import as_bvh, lively
 
 
@@ -37,8 +37,8 @@ def test_the_draft_of_a_skeleton_without_names_completes_it(tmp_path: Path) -> N
     bvh = as_bvh(lively())
     bare = replace(bvh, names=tuple(f"joint{n}" for n in range(len(bvh.names))))
     (tmp_path / "mapping.yaml").write_text(refused(bare).draft, encoding="utf-8")
-    mapping = read_mapping(tmp_path / "mapping.yaml")
-    found = performer_clip_from_bvh(bare, "clip", mapping).joint_map
+    reading = read_mapping(tmp_path / "mapping.yaml")
+    found = performer_clip_from_bvh(bare, "clip", reading).joint_map
     assert found == performer_clip_from_bvh(bvh, "clip").joint_map
     assert set(found) == set(BODY_NAMES)
 

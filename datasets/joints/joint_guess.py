@@ -4,7 +4,7 @@ from itertools import combinations
 
 import numpy as np
 
-from datasets.retarget.joint_tree import JointMap, ancestors
+from datasets.joints.joint_tree import JointMap, ancestors
 
 CHAIN_JOINTS = 3  # of a limb, at least
 MIN_LIKELY_LENGTH = 0.75  # of the shorter of two bones in series over the most that any two of the branch have

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from datasets.joints.joint_tree import JointMap
 from datasets.motion.humanoid import GRAVITY_M_S2, LEG_LENGTH
-from datasets.retarget.joint_tree import JointMap
 
 _EYE = np.eye(3)
 # Up in the file -> matrix from the file's axes to ours

@@ -4,24 +4,26 @@ Only the joints that are far off are replaced, and only in those frames: everyth
 is left, and told.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from scipy.ndimage import binary_closing, binary_dilation
 
+from datasets.damage.local_tracks import LocalTracks
+from datasets.damage.spikes import MIN_STEP_M, MIN_STEP_RATIO, Steps, body_points, find_pose_jumps, find_spikes, steps_beside
+from datasets.joints.joint_tree import JointMap
 from datasets.motion.frame_spans import true_spans
 from datasets.motion.humanoid import split_side
 from datasets.motion.rotation import rotation_angle
 from datasets.motion.vectors import unit_vector
-from datasets.retarget.joint_tree import JointMap
-from datasets.retarget.local_tracks import LocalTracks
-from datasets.retarget.spikes import MIN_STEP_M, MIN_STEP_RATIO, Steps, body_points, find_pose_jumps, find_spikes, steps_beside
 
 SPIKE, EMPTY, FROZEN, WILD, POSE_JUMP, ROOT_JUMP = "spike", "empty", "frozen", "wild", "pose jump", "root jump"
 IN_WORDS = {SPIKE: "far off", EMPTY: "all rotations zero", FROZEN: "frozen", WILD: "jumping from frame to frame"}
 JUMPS = (POSE_JUMP, ROOT_JUMP)
 MAX_MENDED_S = 1.0  # s, on end
+PART_S, PART_CONTEXT_S = 120.0, 10.0  # s, of the parts in which a long clip is looked through, and around them: damage lasts a second
 MIN_FROZEN_FRAMES = 3  # that are equal, of which the first was recorded
 MIN_FROZEN_SPEED = 3.0  # tolerances a second (24 degrees or 9 cm), of the quickest joint before and after frozen frames
 MIN_TRACK_RATIO = 2.0  # of the steps of a joint that is far off over the steps beside them
@@ -56,6 +58,10 @@ class Damage:
     stop: int
     joints: tuple[str, ...] = ()
     mended: bool = True
+
+    def moved(self, frames: int) -> Self:
+        """Return the same damage so many frames later."""
+        return replace(self, start=self.start + frames, stop=self.stop + frames)
 
     def __str__(self) -> str:
         """Return kind, frames, counted from 1 as the rows of a file, and joints as text."""
@@ -104,6 +110,33 @@ def mend_damage(tracks: LocalTracks, names: Sequence[str], joint_map: JointMap, 
     """
     if len(tracks.rotations) < MIN_FROZEN_FRAMES:
         return tracks, ()
+    if len(tracks.rotations) <= PART_S * fps:
+        return _mend(tracks, names, joint_map, fps)
+    damage: list[Damage] = []
+    changes: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []  # frames, and their positions and rotations
+    for part, core in _parts(len(tracks.rotations), fps):
+        own = tracks.cut(part)
+        mended, found = _mend(own, names, joint_map, fps)
+        damage += [one.moved(part.start) for one in found if core.start <= one.start + part.start < core.stop]
+        if mended is not own:
+            inside = slice(core.start - part.start, core.stop - part.start)
+            changed = np.any(mended.positions[inside] != own.positions[inside], axis=(1, 2))
+            changed |= np.any(mended.rotations[inside] != own.rotations[inside], axis=(1, 2))
+            rows = np.flatnonzero(changed)
+            changes.append((rows + core.start, mended.positions[inside][rows], mended.rotations[inside][rows]))
+    return tracks.replaced(changes) if changes else tracks, tuple(damage)
+
+
+def _parts(frames: int, fps: float) -> Iterator[tuple[slice, slice]]:
+    """Yield the parts in which a long clip is looked through, and of each the frames that no other part answers for."""
+    core, around = round(PART_S * fps), round(PART_CONTEXT_S * fps)
+    for start in range(0, frames, core):
+        stop = min(start + core, frames)
+        yield slice(max(start - around, 0), min(stop + around, frames)), slice(start, stop)
+
+
+def _mend(tracks: LocalTracks, names: Sequence[str], joint_map: JointMap, fps: float) -> tuple[LocalTracks, tuple[Damage, ...]]:
+    """Return a clip, or a part of one, with its damaged frames replaced, and what was found in the order of time."""
     tracks, frozen = _thaw(tracks, fps)
     ends = [joint for body, joint in joint_map.items() if split_side(body)[0] in END_PARTS]
     places, turns = tracks.world_poses()
@@ -111,7 +144,8 @@ def mend_damage(tracks: LocalTracks, names: Sequence[str], joint_map: JointMap, 
     steps = steps_beside(tracks.steps())
     empty = _empty_frames(tracks.rotations, steps)
     spans = find_spikes(points, fps)
-    if _is_rest_pose(places[0], tracks.rotations[0], joint_map):  # as exporters put before the motion
+    first = {body: places[0, joint] for body, joint in joint_map.items()}
+    if looks_at_rest(first, tracks.rotations[0]):  # as exporters put before the motion
         frozen, spans = [one for one in frozen if one.start > 0], spans[spans[:, 0] > 0]
     damaged = _far_off(steps, spans, empty)
     wild = _wild_spans(points, fps, np.all(damaged, axis=1))
@@ -151,24 +185,25 @@ def _thaw(tracks: LocalTracks, fps: float) -> tuple[LocalTracks, list[Damage]]:
     return tracks.bridged(damaged) if damaged.any() else tracks, found
 
 
-def _is_rest_pose(places: np.ndarray, rotations: np.ndarray, joint_map: JointMap) -> bool:
+def looks_at_rest(at: Mapping[str, np.ndarray], rotations: np.ndarray, min_arm: float = 0.0) -> bool:
     """Return whether a frame is a rest pose: no rotation, or straight limbs, alike on both sides.
 
     Args:
-        places: Position of each joint in the world [m], shape (J, 3).
+        at: Body -> position of its joint in the world [m], shape (3,).
         rotations: Rotation of each joint relative to its parent, wxyz, shape (J, 4).
-        joint_map: Joint of each body.
+        min_arm: Least angle between upper arms and trunk where joints are turned [rad].
     """
     if rotation_angle(rotations).max() < ZERO_TURN_RAD:
         return True
-    at = {body: places[joint] for body, joint in joint_map.items()}
     limbs = [[at[f"{part}_{side}"] for part in chain] for chain in LIMBS for side in "lr"]
     straight = all(unit_vector(middle - upper) @ unit_vector(tip - middle) > MIN_REST_STRAIGHTNESS for upper, middle, tip in limbs)
+    down = unit_vector(at["pelvis"] - at["head"])
+    raised = all(unit_vector(at[f"forearm_{side}"] - at[f"upper_arm_{side}"]) @ down <= np.cos(min_arm) for side in "lr")
     left, right = (
         np.array([np.linalg.norm(at[f"{part}_{side}"] - at[middle]) for middle in ("pelvis", "head") for part in ("hand", "foot")])
         for side in "lr"
     )
-    return straight and float(np.abs(left - right).max()) < MAX_REST_DIFFERENCE_M
+    return straight and raised and float(np.abs(left - right).max()) < MAX_REST_DIFFERENCE_M
 
 
 def _empty_frames(rotations: np.ndarray, steps: Steps) -> np.ndarray:

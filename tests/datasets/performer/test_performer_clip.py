@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from configs.errors import InputError
-from datasets.formats.bvh import write_bvh
+from datasets.damage.damage import ROOT_JUMP
+from datasets.formats.bvh import POSITION_CHANNELS, ROTATION_CHANNELS, Bvh, channel_values, local_pose, write_bvh
 from datasets.motion.humanoid import LEG_LENGTH
 from datasets.motion.skeleton import forward_kinematics
-from datasets.retarget.joint_mapping import JointMapping
-from datasets.retarget.performer_clip import leg_length, load_performer_clip, performer_clip_from_bvh
+from datasets.performer.performer_clip import leg_length, load_performer_clip, performer_clip_from_bvh
+from datasets.performer.reading_options import ReadingOptions
 from tests.builders import as_bvh, lively, posed
 
 
@@ -27,13 +28,14 @@ def test_unit_and_up_axis_are_found(unit: float, up: str) -> None:
 
 
 def test_a_mapping_overrides_unit_and_axis() -> None:
-    found = performer_clip_from_bvh(as_bvh(posed({})), "clip", JointMapping(unit=0.02, up_axis="z"))
+    found = performer_clip_from_bvh(as_bvh(posed({})), "clip", ReadingOptions(unit=0.02, up_axis="z"))
     assert (found.unit, found.up_axis) == (0.02, "z")
 
 
-def test_legs_that_are_a_humans_in_no_unit_are_refused() -> None:
-    with pytest.raises(InputError, match=r"legs of 2.767e\+05 units .* mapping file"):  # 0.83 m / 3e-6
-        performer_clip_from_bvh(as_bvh(posed({}), unit=3e-6), "clip")
+def test_legs_that_are_a_humans_in_no_unit_are_taken_to_be_as_long_as_the_humanoids() -> None:
+    found = performer_clip_from_bvh(as_bvh(posed({}), unit=3e-6), "clip")
+    assert found.unit == pytest.approx(3e-6)
+    assert found.notices[0].startswith("Legs of 2.767e+05 units are a human's in no unit; they were taken to be 0.83 m long.")
 
 
 def test_a_figure_with_long_legs_is_read_and_told() -> None:
@@ -42,7 +44,7 @@ def test_a_figure_with_long_legs_is_read_and_told() -> None:
     found = performer_clip_from_bvh(long, "clip")
     assert found.unit == 0.01
     assert found.notices[0].startswith("Legs of 1.74 m, in cm, are no body's.")
-    said = performer_clip_from_bvh(long, "clip", JointMapping(unit=0.005))
+    said = performer_clip_from_bvh(long, "clip", ReadingOptions(unit=0.005))
     assert (said.unit, said.notices) == (0.005, ())
 
 
@@ -52,7 +54,7 @@ def test_a_unit_that_files_hardly_have_is_told() -> None:
 
 
 def test_a_rate_that_was_said_counts() -> None:
-    assert performer_clip_from_bvh(as_bvh(posed({})), "clip", JointMapping(fps=24.0)).motion.fps == 24.0
+    assert performer_clip_from_bvh(as_bvh(posed({})), "clip", ReadingOptions(fps=24.0)).motion.fps == 24.0
 
 
 def test_bones_that_lose_their_length_in_some_frames_are_refused_with_the_frames() -> None:
@@ -87,6 +89,43 @@ def test_a_leading_t_pose_that_jumps_into_the_motion_is_dropped() -> None:
     values[0] = as_bvh(posed({})).values[0]
     assert performer_clip_from_bvh(replace(bvh, values=values), "clip").dropped_frames == 1
     assert performer_clip_from_bvh(bvh, "clip").dropped_frames == 0
+
+
+def held(first: dict[str, float], frames: int, motion: int = 120) -> Bvh:
+    """Return frames of a pose, then somebody who waves and walks on."""
+    swing = 10.0 * np.sin(np.arange(motion) / 10)
+    poses = [posed({"upper_arm_l_x": -60.0 + one, "upper_arm_r_x": 60.0, "shin_l_y": 20.0, "thigh_r_y": -30.0}, 1) for one in swing]
+    after = np.concat([as_bvh(pose).values for pose in poses])
+    after[:, 2] += np.arange(motion)  # a centimetre a frame
+    bvh = as_bvh(posed(first, frames))
+    return replace(bvh, values=np.concat([bvh.values, after]))
+
+
+@pytest.mark.parametrize("frames", [1, 2, 30, 500])
+def test_a_rest_pose_that_is_held_before_the_motion_is_dropped(frames: int) -> None:
+    for arms in (0.0, 45.0):  # T and A
+        found = performer_clip_from_bvh(held({"upper_arm_l_x": -arms, "upper_arm_r_x": arms}, frames), "clip")
+        assert found.dropped_frames == frames
+        assert found.notices[0].startswith(f"The motion begins after a jump at frame {frames + 1}")
+        assert all(one.kind == ROOT_JUMP for one in found.damage)
+
+
+def test_who_stands_before_a_jump_or_rests_for_long_is_not_dropped() -> None:
+    standing = held({"upper_arm_l_x": -80.0, "upper_arm_r_x": 80.0}, 30)
+    assert performer_clip_from_bvh(standing, "clip").dropped_frames == 0
+    assert performer_clip_from_bvh(held({}, 700), "clip").dropped_frames == 0  # more than ten seconds
+
+
+@pytest.mark.parametrize("frames", [1, 30])
+def test_rows_of_zeros_before_the_motion_are_no_pose(frames: int) -> None:
+    """Where every joint has positions, such rows put all joints at one point."""
+    bvh = held({}, frames)
+    positions, rotations = local_pose(bvh)
+    channels = tuple((*POSITION_CHANNELS, *ROTATION_CHANNELS) for _ in bvh.names)
+    placed = replace(bvh, channels=channels, values=np.zeros((len(positions), 6 * len(channels))))
+    values = channel_values(placed, positions, rotations)
+    values[:frames] = 0.0
+    assert performer_clip_from_bvh(replace(placed, values=values), "clip").dropped_frames == frames
 
 
 def test_a_broken_file_is_named(tmp_path: Path) -> None:

@@ -6,21 +6,16 @@ from itertools import pairwise
 import numpy as np
 
 from datasets.formats.bvh import Bvh
+from datasets.joints.joint_mapping import MIN_TIP_RATIO, TIP_BODIES, JointGeometry, find_joint_map, uncertain_bodies
+from datasets.joints.joint_tree import JointMap, ancestors, rerooted
+from datasets.joints.mapping_draft import JointMapError, draft_mapping
+from datasets.motion.frame_blocks import frame_blocks
 from datasets.motion.humanoid import BODY_NAMES, LEG_LENGTH, SKELETON, body_in_words, split_side
 from datasets.motion.rotation import conjugate, multiply, rotate, rotation_angle
-from datasets.motion.skeleton import forward_kinematics
+from datasets.motion.skeleton import joint_tracks
 from datasets.motion.vectors import unit_vector
-from datasets.retarget.joint_mapping import (
-    MIN_TIP_RATIO,
-    TIP_BODIES,
-    JointGeometry,
-    JointMapping,
-    find_joint_map,
-    uncertain_bodies,
-)
-from datasets.retarget.joint_tree import JointMap, ancestors, rerooted
-from datasets.retarget.mapping_draft import JointMapError, draft_mapping
-from datasets.retarget.tree_edits import TreeEdits
+from datasets.performer.reading_options import ReadingOptions
+from datasets.performer.tree_edits import TreeEdits
 
 MIN_BONE_RATIO = 1e-3  # of the leg's length, up to which two joints are at one point
 MIN_TURN_RAD = 1e-3  # rad, of a joint that turns at all
@@ -48,21 +43,22 @@ class PerformerTree:
     notices: tuple[str, ...]
 
 
-def find_performer_tree(bvh: Bvh, positions: np.ndarray, rotations: np.ndarray, mapping: JointMapping) -> PerformerTree:
+def find_performer_tree(bvh: Bvh, positions: np.ndarray, rotations: np.ndarray, reading: ReadingOptions) -> PerformerTree:
     """Return the tree on which a file's clip is read.
 
     Args:
         bvh: Contents of the file.
         positions: Position of each joint in its parent's frame [file unit], shape (T, joints, 3).
         rotations: Rotation of each joint relative to its parent, wxyz, shape (T, joints, 4).
-        mapping: Joints known beforehand.
+        reading: What the user said of the file.
 
     Raises:
         JointMapError: If the joints are no human's.
     """
-    turns = rotation_angle(multiply(conjugate(rotations), np.broadcast_to(rotations[:1], rotations.shape))).max(axis=0) > MIN_TURN_RAD
-    geometry = JointGeometry(np.median(positions, axis=0), turns)
-    joint_map = find_joint_map(bvh.names, bvh.parents, mapping, geometry)
+    parts = (rotations[part] for part in frame_blocks(len(rotations)))
+    turned = [rotation_angle(multiply(conjugate(part), np.broadcast_to(rotations[:1], part.shape))).max(axis=0) for part in parts]
+    geometry = JointGeometry(np.median(positions, axis=0), np.max(turned, axis=0) > MIN_TURN_RAD)
+    joint_map = find_joint_map(bvh.names, bvh.parents, reading.joints, geometry)
     tree = PerformerTree(bvh.names, bvh.parents, joint_map, TreeEdits(), tuple(_guesses(joint_map, bvh.names)))
     tree = _set_hips_apart(_add_tips(_turn_round(tree), bvh, positions, rotations), positions, rotations)
     return replace(tree, joint_map={body: tree.joint_map[body] for body in BODY_NAMES if body in tree.joint_map})
@@ -165,22 +161,23 @@ def end_offsets(tree: PerformerTree, bvh: Bvh, positions: np.ndarray) -> np.ndar
 
 def _set_hips_apart(tree: PerformerTree, positions: np.ndarray, rotations: np.ndarray) -> PerformerTree:
     """Return the tree with hips that lie at one point a person's width apart, along the line of the shoulders."""
-    local_positions, local_rotations = tree.edits.to_clip(positions, rotations)
-    places, turns = forward_kinematics(tree.parents, local_positions, local_rotations)
-    at = {body: places[:, joint] for body, joint in tree.joint_map.items()}
+    hips = [tree.joint_map[body] for body in ("thigh_l", "thigh_r")]
+    joints = {body: tree.joint_map[body] for body in ("thigh_l", "thigh_r", "shin_l", "foot_l", "upper_arm_l", "upper_arm_r")}
+    wanted = [*joints.values(), *(tree.parents[hip] for hip in hips)]
+    places, turns = joint_tracks(tree.parents, *tree.edits.to_clip(positions, rotations), wanted)
+    at = {body: places[:, number] for number, body in enumerate(joints)}
     leg = float(np.median(np.linalg.norm(at["shin_l"] - at["thigh_l"], axis=-1) + np.linalg.norm(at["foot_l"] - at["shin_l"], axis=-1)))
     shoulders = at["upper_arm_l"] - at["upper_arm_r"]
     if np.median(np.linalg.norm(at["thigh_l"] - at["thigh_r"], axis=-1)) > MIN_BONE_RATIO * leg or not shoulders.any():
         return tree
     moved = {}
-    for body, sign in (("thigh_l", 0.5), ("thigh_r", -0.5)):
-        joint = tree.joint_map[body]
-        to_parent = conjugate(turns[:, tree.parents[joint]])
+    for number, (body, sign) in enumerate((("thigh_l", 0.5), ("thigh_r", -0.5))):
+        to_parent = conjugate(turns[:, len(joints) + number])
         across, up = (
             rotate(to_parent, line).mean(axis=0) for line in (shoulders, 0.5 * (at["upper_arm_l"] + at["upper_arm_r"]) - at[body])
         )
         across = _near_axis(unit_vector(across - (across @ unit_vector(up)) * unit_vector(up)))
-        moved[joint] = sign * HIP_WIDTH_RATIO * leg * across
+        moved[tree.joint_map[body]] = sign * HIP_WIDTH_RATIO * leg * across
     said = "Both hips are at one point; they are read a person's width apart, along the line of the shoulders."
     return replace(tree, edits=replace(tree.edits, moved=moved), notices=(*tree.notices, said))
 
