@@ -31,7 +31,7 @@ LAYERS = {
         {"trackers", "describe"},
     ],
     "envs": [{"physics"}, {"mimic"}, {""}],
-    "agents": [{""}, {"policy", "root.networks", "root.recurrent"}, {"root", "lobstr", "restore"}, {"weights"}],
+    "agents": [{""}, {"policy", "root.networks", "root.recurrent"}, {"root", "lobstr", "lower_body", "restore"}, {"weights"}],
     "trainers": [{"", "runs"}, {"data"}, {"algorithms"}, {"collectors", "evaluation", "supervised"}, {"distributed"}, {"ppo"}],
     "eval": [
         {"live", "metrics", "runs", "backends"},

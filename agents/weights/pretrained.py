@@ -14,7 +14,7 @@ from datasets.motion.kinematics import place_on_ground
 
 WEIGHTS_FOLDER = PROJECT_ROOT / "agents" / "weights"
 PRETRAINED_POLICY = WEIGHTS_FOLDER / "mimic.safetensors"
-PRETRAINED_LOBSTR = WEIGHTS_FOLDER / "lobstr.safetensors"
+PRETRAINED_LOWER_BODY = WEIGHTS_FOLDER / "lower_body.safetensors"
 PRETRAINED_RESTORE = WEIGHTS_FOLDER / "restore.safetensors"
 IMU_ROOT_MODEL = "root3d"  # for clips with a suit's accelerations
 POSE_ROOT_MODEL = "root3d_pose"  # for clips without

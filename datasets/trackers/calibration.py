@@ -124,8 +124,10 @@ def _mean_poses(t_pose: TrackerPoses) -> tuple[np.ndarray, np.ndarray]:
     Raises:
         InputError: If they do not keep still, or their numbers are no poses in metres.
     """
-    finite = np.isfinite(t_pose.positions).all() and np.isfinite(t_pose.rotations).all()
-    require(bool(finite) and len(t_pose.positions) > 0, "T-pose", "empty or not finite", "a second of finite numbers")
+    require(len(t_pose.positions) > 0, "T-pose", "empty", "a second of poses")
+    for tracker, name in enumerate(TRACKER_NAMES):
+        finite = np.isfinite(t_pose.positions[:, tracker]).all() and np.isfinite(t_pose.rotations[:, tracker]).all()
+        require(bool(finite), f"T-pose: {name}", "lost or not finite", "seen all the time")
     lengths = np.linalg.norm(t_pose.rotations, axis=-1)
     worst = lengths.flat[np.abs(lengths - 1.0).argmax()]
     require(abs(worst - 1.0) < QUATERNION_NORM_TOLERANCE, "T-pose: length of a rotation", f"{worst:.3g}", "1, of a unit quaternion wxyz")

@@ -114,5 +114,25 @@ def toe_positions(legs: Array) -> Array:
     return array_namespace(legs).stack(sides, axis=-2)
 
 
+def leg_joint_positions(rotations: Array) -> Array:
+    """Return the positions of knees, ankles and toe-bases relative to the pelvis in a frame of reference [m], shape (..., 2, 3, 3).
+
+    Args:
+        rotations: Rotation matrices of pelvis, thigh, shin and foot, left and right, those of pelvis and thighs relative to the frame,
+            the others to their parents, shape (..., 7, 3, 3).
+    """
+    chain = _CHAIN.like(rotations)
+    xp = array_namespace(rotations)
+    sides = []
+    for side in range(2):
+        pelvis, thigh, shin, foot = (rotations[..., joint, :, :] for joint in (0, *range(3 * side + 1, 3 * side + 4)))
+        shin = thigh @ shin
+        foot = shin @ foot
+        knee = pelvis @ chain[4 * side] + thigh @ chain[4 * side + 1]
+        ankle = knee + shin @ chain[4 * side + 2]
+        sides.append(xp.stack([knee, ankle, ankle + foot @ chain[4 * side + 3]], axis=-2))
+    return xp.stack(sides, axis=-3)
+
+
 def _unit(v: Array) -> Array:
     return v / ((v * v).sum(-1) + 1e-12)[..., None] ** 0.5

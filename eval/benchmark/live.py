@@ -13,15 +13,13 @@ from time import perf_counter
 import numpy as np
 import torch
 
-from agents.lobstr.model import LobstrModel, leg_matrices
-from agents.lobstr.spec import WINDOW_FRAMES
-from agents.lobstr.stream import LowerBodyStream
-from agents.weights.pretrained import PRETRAINED_LOBSTR
+from agents.lower_body.model import LowerBodyModel, LowerBodyPrediction
+from agents.lower_body.stream import WARM_UP_FRAMES, LowerBodyStream
+from agents.weights.pretrained import PRETRAINED_LOWER_BODY
 from datasets.library.sources import load_clips
 from datasets.motion.clip import BodyMotion
-from datasets.motion.rotation_matrices import matrices_to_quaternions
-from datasets.trackers.features import tracker_features
-from datasets.trackers.trackers import PELVIS_TRACKER, TRACKER_RATE_HZ, TrackerPoses
+from datasets.trackers.joint_features import FEATURES_PER_JOINT, TRACKED_JOINTS
+from datasets.trackers.trackers import TRACKER_NAMES, TRACKER_RATE_HZ, TrackerPoses
 from eval.benchmark.timing.interleaved import BenchmarkCase, BenchmarkResult, interleave, torch_threads
 from eval.benchmark.timing.live_load import LockstepClients, run_service
 from eval.live.messages import LIVE, STATES
@@ -33,7 +31,7 @@ from eval.study.lobstr.variants import USER_HEIGHTS_CM
 USERS = 20
 FRAMES_PER_ROUND = 180  # of each user
 OURS, LIMIT, WINDOWED = "one user", "network step", "one user, windows"
-_WARM_UP_FRAMES = CALIBRATION_FRAMES + WINDOW_FRAMES + 10  # frames after which everybody is live
+_WARM_UP_FRAMES = CALIBRATION_FRAMES + WARM_UP_FRAMES + 10  # frames after which everybody is live
 
 
 class SimulatedUsers:
@@ -88,26 +86,19 @@ class TimedFrames:
 
 
 class WindowStream(LowerBodyStream):
-    """Stream in the paper's way: the network sees the whole last second in every frame; its features are kept."""
+    """Stream in LoBSTr's way: the network sees the whole last second in every frame; its features are kept."""
 
-    def __init__(self, model: LobstrModel, users: int) -> None:
+    def __init__(self, model: LowerBodyModel, users: int) -> None:
         """Begin the streams of ``users`` users."""
         super().__init__(model, users)
-        self._windows = np.zeros((users, WINDOW_FRAMES, model.spec.features), dtype=np.float32)
+        joints = len(TRACKED_JOINTS)
+        self._features = torch.zeros(users, WARM_UP_FRAMES, joints, FEATURES_PER_JOINT)
+        self._seen = torch.zeros(users, WARM_UP_FRAMES, joints, dtype=torch.bool)
 
-    @torch.inference_mode()
-    def push(self, rows: np.ndarray, joints: TrackerPoses) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Process the next frame of some users; arguments and result are those of ``LowerBodyStream``."""
-        before = TrackerPoses(*(part[rows] if self._seen[rows].all() else new for part, new in zip(self._before, joints, strict=True)))
-        for stored, new in zip(self._before, joints, strict=True):
-            stored[rows] = new
-        windows = np.roll(self._windows[rows], -1, axis=1)
-        windows[:, -1] = tracker_features(self._model.spec.inputs, before, joints)
-        self._windows[rows] = windows
-        self._seen[rows] += 1
-        body = self._model(torch.from_numpy(windows))
-        legs = leg_matrices(self._model.spec, body.pose[:, 0].numpy().astype(float), joints.rotations[:, PELVIS_TRACKER])
-        return matrices_to_quaternions(legs), body.contact[:, 0].numpy().argmax(-1).astype(bool), self._seen[rows] > WINDOW_FRAMES
+    def _predict(self, users: torch.Tensor, features: torch.Tensor, seen: torch.Tensor) -> LowerBodyPrediction:
+        for kept, new in ((self._features, features), (self._seen, seen)):
+            kept[users] = torch.cat([kept[users, 1:], new[:, None]], 1)
+        return LowerBodyPrediction(*(part[:, -1] for part in self._model(self._features[users], self._seen[users])))
 
 
 def benchmark_live(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> BenchmarkResult:
@@ -118,7 +109,7 @@ def benchmark_live(motions: str, rounds: int, after_round: Callable[[], None] = 
         rounds: Number of rounds to keep; a round takes about four seconds.
         after_round: Called after each round.
     """
-    return measure_live(PRETRAINED_LOBSTR, max(load_clips(motions, fps=TRACKER_RATE_HZ), key=len), rounds, after_round)
+    return measure_live(PRETRAINED_LOWER_BODY, max(load_clips(motions, fps=TRACKER_RATE_HZ), key=len), rounds, after_round)
 
 
 def measure_live(
@@ -134,7 +125,7 @@ def measure_live(
 
 def _cases(file: Path, clip: BodyMotion, count: int, stack: ExitStack) -> tuple[list[BenchmarkCase], dict[str, TimedFrames]]:
     """Return the benchmark cases, and the blocks of those with answer times; ``stack`` ends the service."""
-    model, one, many = LobstrModel.load(file)[0], SimulatedUsers(clip, 1), SimulatedUsers(clip, count)
+    model, one, many = LowerBodyModel.load(file)[0], SimulatedUsers(clip, 1), SimulatedUsers(clip, count)
     windowed = LiveBodySolver(model, 1)
     windowed._stream = WindowStream(model, 1)
     in_step = LockstepClients(stack.enter_context(run_service(file, count)), count, many.codec)
@@ -158,13 +149,13 @@ def _cases(file: Path, clip: BodyMotion, count: int, stack: ExitStack) -> tuple[
         ),
         WINDOWED: (
             TimedFrames(SimulatedUsers(clip, 1), _answering(windowed, one.codec)),
-            f"as ours, but {WINDOW_FRAMES} steps of the network each time",
+            f"as ours, but {WARM_UP_FRAMES} steps of the network each time",
             LIMIT,
         ),
     }
     cases = [BenchmarkCase(name, what, block.run, block.prepare, bound) for name, (block, what, bound) in blocks.items()]
     cases += [
-        BenchmarkCase(LIMIT, "PyTorch's GRU cell and the heads alone", _network(model, 1)),
+        BenchmarkCase(LIMIT, "PyTorch's LSTM cells and the layers around them alone", _network(model, 1)),
         BenchmarkCase(limit, f"the same for {count} at once", _network(model, count)),
     ]
     return cases, {name: block for name, (block, _, _) in blocks.items()}
@@ -186,19 +177,18 @@ def _answering(bodies: LiveBodySolver, codec: Codec) -> Callable[[Sequence[bytes
     return answer
 
 
-@torch.inference_mode()
-def _network(model: LobstrModel, users: int) -> Callable[[], float]:
+def _network(model: LowerBodyModel, users: int) -> Callable[[], float]:
     """Return a block of the network's steps alone, states carried."""
-    layer = dict(model.encoder.named_parameters())
-    weights = [layer[f"layer.{name}_l0"] for name in ("weight_ih", "weight_hh", "bias_ih", "bias_hh")]
-    features = torch.from_numpy(np.random.default_rng(0).normal(size=(FRAMES_PER_ROUND, users, model.spec.features)).astype(np.float32))
+    shape = (FRAMES_PER_ROUND, users, len(TRACKED_JOINTS), FEATURES_PER_JOINT)
+    features = torch.from_numpy(np.random.default_rng(0).normal(size=shape).astype(np.float32))
+    seen = torch.arange(len(TRACKED_JOINTS)).expand(users, -1) < len(TRACKER_NAMES)
 
     @torch.inference_mode()
     def run() -> float:
-        state = torch.zeros(users, model.spec.hidden)
-        for seen in features:
-            state = torch.gru_cell(model.normalise(seen), state, *weights)
-            model.decode(state)
+        zero = torch.zeros(users, model.spec.hidden)
+        states = [(zero, zero)] * model.spec.layers
+        for frame in features:
+            _, states = model.step(frame, seen, states)
         return float(FRAMES_PER_ROUND * users)
 
     return run

@@ -12,8 +12,8 @@ import torch
 from rich.console import Console
 from rich.markup import escape
 
-from agents.lobstr.model import LobstrModel
-from agents.weights.pretrained import PRETRAINED_LOBSTR
+from agents.lower_body.model import LowerBodyModel
+from agents.weights.pretrained import PRETRAINED_LOWER_BODY
 from configs.errors import InputError, require
 from configs.exit_codes import run_command
 from eval.live.messages import BodySolver
@@ -47,7 +47,7 @@ def main(arguments: list[str] | None = None, prog: str = "python -m eval.live") 
     made.add_argument(
         "--minutes", type=float, default=MAX_RECORDING_MIN, help=f"longest recording, then another begins (default: {MAX_RECORDING_MIN:g})"
     )
-    made.add_argument("--model", type=Path, metavar="FILE", default=PRETRAINED_LOBSTR, help="another network than the package's")
+    made.add_argument("--model", type=Path, metavar="FILE", default=PRETRAINED_LOWER_BODY, help="another network than the package's")
     options = made.parse_args(arguments)
     return run_command(lambda: _run(options))
 
@@ -55,7 +55,7 @@ def main(arguments: list[str] | None = None, prog: str = "python -m eval.live") 
 def _run(options: argparse.Namespace) -> None:
     _check(options)
     torch.set_num_threads(1)  # a frame is too small to be shared: waiting for threads would cost more than they save
-    bodies = LiveBodySolver(LobstrModel.load(options.model)[0], options.users)
+    bodies = LiveBodySolver(LowerBodyModel.load(options.model)[0], options.users)
     asyncio.run(serve(bodies, options, make_console()))
 
 

@@ -22,11 +22,12 @@ _FORWARD_LEFT_UP = {  # of each axis system: forward, left and up in its coordin
     "openxr": ((0, 0, -1), (-1, 0, 0), (0, 1, 0)),
     "unity": ((0, 0, 1), (-1, 0, 0), (0, 1, 0)),
 }
+_PLACEHOLDER = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]  # of a lost tracker while the others are checked
 AXIS_SYSTEMS: tuple[str, ...] = tuple(_FORWARD_LEFT_UP)
 
 
 class TrackerFrame(NamedTuple):
-    """One frame of one client: its number, and its tracker poses in our axes (Z up)."""
+    """One frame of one client: its number, and its tracker poses in our axes (Z up), NaN where a tracker is lost."""
 
     number: int
     trackers: TrackerPoses
@@ -85,18 +86,24 @@ class Codec:
         return TrackerFrame(number, self._trackers(message))
 
     def frame(self, number: int, trackers: TrackerPoses) -> bytes:
-        """Return the line of a frame, as a client writes it: the inverse of ``read``."""
-        poses = np.concat([trackers.positions @ self.vectors, trackers.rotations @ self.quaternions], axis=-1).round(6).tolist()
-        return _line({"frame": number, **dict(zip(TRACKER_NAMES, poses, strict=True))})
+        """Return the line of a frame, as a client writes it: the inverse of ``read``; trackers that are not finite are lost."""
+        poses = np.concat([trackers.positions @ self.vectors, trackers.rotations @ self.quaternions], axis=-1).round(6)
+        rows = [row.tolist() if np.isfinite(row).all() else None for row in poses]
+        return _line({"frame": number, **dict(zip(TRACKER_NAMES, rows, strict=True))})
 
     def _trackers(self, message: dict[str, Any]) -> TrackerPoses:
-        """Return the checked trackers of a frame in our axes."""
+        """Return the checked trackers of a frame in our axes, lost ones NaN."""
         rows = [message[name] for name in TRACKER_NAMES]
+        lost = [row is None for row in rows]
         for name, row in zip(TRACKER_NAMES, rows, strict=True):
+            if row is None:
+                continue
             if type(row) is not list or len(row) != 7 or not all(type(value) in (float, int) for value in row):
-                raise InputError(f'"{name}" should be seven numbers, x y z [m] and w x y z of a quaternion, is {_short(row)}')
+                raise InputError(
+                    f'"{name}" should be seven numbers, x y z [m] and w x y z of a quaternion, or null if it is lost, is {_short(row)}'
+                )
         try:
-            poses = np.array(rows, dtype=float)
+            poses = np.array([_PLACEHOLDER if row is None else row for row in rows], dtype=float)
         except OverflowError:
             poses = np.full((4, 7), np.inf)
         with np.errstate(over="ignore"):
@@ -105,6 +112,7 @@ class Codec:
         good = within.all(axis=1) & unit  # False for NaN as well
         if not good.all():
             raise InputError(_pose_error(poses, lengths, int(np.argmin(good))))
+        poses[lost] = np.nan
         return TrackerPoses(poses[:, :3] @ self.vectors.T, poses[:, 3:] / lengths[:, None] @ self.quaternions.T)
 
     def answer(

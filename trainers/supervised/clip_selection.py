@@ -18,6 +18,11 @@ class ClipSelection:
         """Return the first frames of all pieces of ``length`` frames that lie within one clip."""
         return torch.cat([torch.arange(clip.start, clip.start + max(clip.frames - length + 1, 0)) for clip in self.clips])
 
+    def lengths(self, rows: torch.Tensor) -> torch.Tensor:
+        """Return for frames (B,) how many the clip of each has, shape (B,)."""
+        stops = torch.from_numpy(np.array([clip.start + clip.frames for clip in self.clips]))
+        return torch.from_numpy(np.array([clip.frames for clip in self.clips]))[torch.searchsorted(stops, rows.contiguous(), right=True)]
+
     def frames_left(self, starts: torch.Tensor) -> torch.Tensor:
         """Return for frames (B,) how many there are from each of them to the end of its clip, shape (B,)."""
         stops = torch.from_numpy(np.array([clip.start + clip.frames for clip in self.clips]))

@@ -8,6 +8,9 @@ from configs.load import read_value
 from trainers.supervised.lobstr_config import LobstrConfig
 from trainers.supervised.lobstr_data import LobstrData, prepare_lobstr_data
 from trainers.supervised.lobstr_learner import LobstrLearner
+from trainers.supervised.lower_body_config import LowerBodyConfig
+from trainers.supervised.lower_body_data import LowerBodyData, prepare_lower_body_data
+from trainers.supervised.lower_body_learner import LowerBodyLearner
 from trainers.supervised.recurrent_root_learner import RecurrentRootLearner
 from trainers.supervised.restore_config import RestoreConfig
 from trainers.supervised.restore_data import RestoreData, prepare_restore_data
@@ -16,9 +19,9 @@ from trainers.supervised.root_config import RootConfig
 from trainers.supervised.root_data import RootData, prepare_root_data
 from trainers.supervised.root_learner import RootLearner
 
-Config = RootConfig | LobstrConfig | RestoreConfig
-Data = RootData | LobstrData | RestoreData
-Learner = RootLearner | RecurrentRootLearner | LobstrLearner | RestoreLearner
+Config = RootConfig | LobstrConfig | LowerBodyConfig | RestoreConfig
+Data = RootData | LobstrData | LowerBodyData | RestoreData
+Learner = RootLearner | RecurrentRootLearner | LobstrLearner | LowerBodyLearner | RestoreLearner
 
 
 @dataclass(frozen=True)
@@ -50,6 +53,7 @@ def make_root_learner(config: RootConfig, data: RootData) -> RootLearner | Recur
 JOBS = {
     "root": Job(RootConfig, prepare_root_data, make_root_learner, "windows", fixed_learner_settings=("loss",)),
     "lower_body": Job(LobstrConfig, prepare_lobstr_data, LobstrLearner, "frames"),
+    "legs": Job(LowerBodyConfig, prepare_lower_body_data, LowerBodyLearner, "frames"),
     "restore": Job(RestoreConfig, prepare_restore_data, RestoreLearner, "windows", selected_by="restored_error_mm"),
 }
 

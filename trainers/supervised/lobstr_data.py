@@ -65,15 +65,41 @@ def prepare_lobstr_data(config: LobstrDataConfig, cache: Path, log: Callable[[st
     Raises:
         InputError: If the source is bad, holds nothing to train on, or the held-out performer is unknown.
     """
-    clips, arrays, _ = prepare_cached(config, ("holdout",), __name__, cache, lambda: _pack(*_augmented_clips(config)), log)
+    split, arrays = prepare_takes(config, _frames_of_clip, LobstrFrames._fields, __name__, cache, log)
+    return LobstrData(split.training, split.holdout, split.held_out, LobstrFrames(**arrays))
+
+
+def prepare_takes(
+    config: LobstrDataConfig,
+    frames_of_clip: Callable[[BodyMotion], list[np.ndarray]],
+    names: tuple[str, ...],
+    module_name: str,
+    cache: Path,
+    log: Callable[[str], None],
+) -> tuple[HoldoutSplit[ClipSelection], dict[str, torch.Tensor]]:
+    """Return which takes train and which are held out, and arrays of the frames of all, from the cache where the same were prepared before.
+
+    Args:
+        config: Settings of the motion.
+        frames_of_clip: Returns the arrays of a take of T frames, shape (T, ...) each.
+        names: Names of these arrays.
+        module_name: Name of the module that has ``frames_of_clip``, its ``__name__``.
+        cache: Folder of prepared clips.
+        log: Receives lines about the progress.
+
+    Raises:
+        InputError: If the source is bad, holds nothing to train on, or the held-out performer is unknown.
+    """
+    clips, arrays, _ = prepare_cached(
+        config, ("holdout",), module_name, cache, lambda: _pack(*_augmented_clips(config), frames_of_clip, names), log
+    )
     as_recorded = tuple(clip for clip, is_recorded in zip(clips, arrays[AS_RECORDED], strict=True) if is_recorded)
     held_out = resolve_holdout(as_recorded, config.holdout)
-    frames = LobstrFrames(**{name: torch.from_numpy(arrays[name]) for name in LobstrFrames._fields})
     training = ClipSelection(tuple(clip for clip in clips if clip.performer != held_out))
     holdout = ClipSelection(tuple(clip for clip in as_recorded if held_out in ("none", clip.performer)))
     minutes = sum(clip.frames for clip in clips) / TRACKER_RATE_HZ / 60.0
     log(f"{len(clips)} performances, {minutes:.0f} minutes, of {len({clip.performer for clip in clips})} performers; held out: {held_out}")
-    return LobstrData(training, holdout, held_out, frames)
+    return HoldoutSplit(training, holdout, held_out), {name: torch.from_numpy(arrays[name]) for name in names}
 
 
 def _augmented_clips(config: LobstrDataConfig) -> tuple[list[BodyMotion], list[bool]]:
@@ -95,14 +121,21 @@ def _augmented_clips(config: LobstrDataConfig) -> tuple[list[BodyMotion], list[b
     return [take for take, _ in usable], [is_recorded for _, is_recorded in usable]
 
 
-def _pack(takes: list[BodyMotion], as_recorded: list[bool]) -> PreparedClips:
+def _frames_of_clip(clip: BodyMotion) -> list[np.ndarray]:
+    """Return the arrays of ``LobstrFrames`` of a take."""
+    joints = tracker_poses(clip)
+    poses = to_rotation_6d(to_matrix(leg_rotations(clip.local_rotations))).reshape(len(clip), -1)
+    return [joints.positions, joints.rotations, poses, toe_contacts(clip)]
+
+
+def _pack(
+    takes: list[BodyMotion], as_recorded: list[bool], frames_of_clip: Callable[[BodyMotion], list[np.ndarray]], names: tuple[str, ...]
+) -> PreparedClips:
     """Return the frames of takes one after the other."""
     clips, frames, start = [], [], 0
     for clip in takes:
-        joints = tracker_poses(clip)
-        poses = to_rotation_6d(to_matrix(leg_rotations(clip.local_rotations))).reshape(len(clip), -1)
-        frames.append([joints.positions, joints.rotations, poses, toe_contacts(clip)])
+        frames.append(frames_of_clip(clip))
         clips.append(ClipInfo(clip.name, clip.performer, clip.system, clip.kind, start, len(clip)))
         start += len(clip)
     arrays = [np.concat(parts).astype(np.float32) for parts in zip(*frames, strict=True)]
-    return tuple(clips), dict(zip(LobstrFrames._fields, arrays, strict=True)) | {AS_RECORDED: np.array(as_recorded)}, TRACKER_RATE_HZ
+    return tuple(clips), dict(zip(names, arrays, strict=True)) | {AS_RECORDED: np.array(as_recorded)}, TRACKER_RATE_HZ

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import torch
 
-from agents.lobstr.model import LobstrModel
+from agents.lower_body.model import LowerBodyModel
 from eval.live.rate_limit import ClientLimits
 from eval.live.server import LiveServer
 from eval.live.solver import LiveBodySolver
@@ -70,7 +70,7 @@ class LockstepClients:
 def _serve(model: Path, users: int, pipe: Connection) -> None:
     """Serve until the other end of the pipe is closed."""
     torch.set_num_threads(1)
-    asyncio.run(_until_closed(LiveServer(LiveBodySolver(LobstrModel.load(model)[0], users), log=lambda _: None, limits=UNLIMITED), pipe))
+    asyncio.run(_until_closed(LiveServer(LiveBodySolver(LowerBodyModel.load(model)[0], users), log=lambda _: None, limits=UNLIMITED), pipe))
 
 
 async def _until_closed(server: LiveServer, pipe: Connection) -> None:

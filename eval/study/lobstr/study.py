@@ -1,6 +1,7 @@
 """LoBSTr study: the paper's comparisons (section 4, Tables 1 to 3, figure 6) from trainings and tests, rows beside its values."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 import torch
@@ -8,7 +9,8 @@ from rich.console import Console
 from rich.progress import track
 
 from agents.lobstr.model import LobstrModel
-from agents.weights.pretrained import PRETRAINED_LOBSTR
+from agents.lower_body.model import LowerBodyModel
+from agents.weights.pretrained import PRETRAINED_LOWER_BODY
 from configs.process_pool import available_cores
 from eval.evaluation_recordings import TEST_FOLDERS, TRAIN_FOLDER, check_recordings
 from eval.runs.training_curves import read_curves
@@ -16,12 +18,13 @@ from eval.runs.training_pool import train_all
 from eval.runs.training_spec import LOBSTR_PROGRAM, Training, run_name, training_cost
 from eval.study.framework.page import Row, Study, study_row
 from eval.study.framework.trainings import schedule_training
-from eval.study.lobstr.evaluate import evaluate_model, predict_mean_pose, score_majority_class
+from eval.study.lobstr.evaluate import evaluate_model, predict, predict_mean_pose, score_majority_class
 from eval.study.lobstr.evaluation_sessions import EvaluationClip, load_unseen_clips, simulate_sessions
 from eval.study.lobstr.findings import lobstr_findings
 from eval.study.lobstr.page import GROUPS, lobstr_notes
 from eval.study.lobstr.plots import plot_all
 from eval.study.lobstr.scores import PredictedLegs, score_clips
+from eval.study.lobstr.shipped import evaluate_shipped, predict_shipped
 from eval.study.lobstr.user_rows import UserRows
 from eval.study.lobstr.variants import MAJORITY_CLASS, MEAN_POSE, PRETRAINED, REPRESENTATIONS, TRUTH, VARIANTS, Variant
 from trainers.runs.run_log import make_console
@@ -95,14 +98,14 @@ def _rows(runs: Mapping[str, Sequence[LobstrRun]], motion: LobstrData, clips: Se
             model = LobstrModel.load(run.weights_path)[0]
             seeds.append(evaluate_model(model, clips) | training_cost(run))
             if variant.name in names:
-                users.add(names[variant.name], model, seeds[-1])
+                users.add(names[variant.name], partial(predict, model, carried=True), seeds[-1]["toe_position_error_carried"])
         row = study_row(variant.name, seeds, variant.published)
         rows.append(row | {"config": CONFIG, "overrides": list(runs[variant.name][0].overrides)})
     rows.append(study_row(MAJORITY_CLASS, [score_majority_class(motion, clips)]))
     rows.append(study_row(MEAN_POSE, [score_clips(clips, predict_mean_pose(motion, clips))]))
     rows.append(study_row(TRUTH, [{"body_movement": score_clips(clips, [PredictedLegs(clip.legs) for clip in clips])["body_movement"]}]))
-    model, card = LobstrModel.load(PRETRAINED_LOBSTR)
-    shipped = evaluate_model(model, clips) | {"samples": float(card["frames"]), "minutes": 60.0 * card["hours"]}
+    model, card = LowerBodyModel.load(PRETRAINED_LOWER_BODY)
+    shipped = evaluate_shipped(model, clips) | {"samples": float(card["frames"]), "minutes": 60.0 * card["hours"]}
     rows.append(study_row(PRETRAINED, [shipped]))
-    users.add(PRETRAINED, model, shipped)
+    users.add(PRETRAINED, partial(predict_shipped, model), shipped["toe_position_error"])
     return [*rows, *(study_row(*row) for row in users.rows())]

@@ -1,9 +1,9 @@
 """Rows of the virtual users: every network, six-point tracking and the truth, by user (Table 3, figure 6, section 4.2)."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
-from agents.lobstr.model import LobstrModel
-from eval.study.lobstr.evaluate import predict, simulate_six_point
+from datasets.trackers.trackers import TrackerPoses
+from eval.study.lobstr.evaluate import simulate_six_point
 from eval.study.lobstr.evaluation_sessions import Session
 from eval.study.lobstr.scores import PredictedLegs, Scores, score_sessions
 from eval.study.lobstr.variants import LOST_FEET, PERFECT_FEET, POSITIONS_SUFFIX, TABLE_3, TRUTH, USER_HEIGHTS_CM, user_row
@@ -23,19 +23,19 @@ class UserRows:
             self._score(height, LOST_FEET, lost)
             self._score(height, TRUTH, [PredictedLegs(one.clip.legs) for one in own])
 
-    def add(self, how: str, model: LobstrModel, perfect: Scores) -> None:
+    def add(self, how: str, predict: Callable[[Sequence[TrackerPoses]], Sequence[PredictedLegs]], toe_error_cm: float) -> None:
         """Score one seed of a network, its state carried as live, with rotations compensated alone and with places as well.
 
         Args:
             how: Name of the network's rows behind the user's.
-            model: Trained model.
-            perfect: Measures of the model with perfect trackers.
+            predict: Takes the joints' poses in each session; returns the network's legs.
+            toe_error_cm: The network's error of toe-bases with perfect trackers, its state carried [cm].
         """
         for height, own in self._sessions.items():
             for places in (False, True):
-                predicted = predict(model, [one.joints(places) for one in own], carried=True)
+                predicted = predict([one.joints(places) for one in own])
                 scores = self._score(height, how + POSITIONS_SUFFIX * places, predicted)
-                scores["toe_position_growth"] = scores["toe_position_error"] - own[0].size_ratio * perfect["toe_position_error_carried"]
+                scores["toe_position_growth"] = scores["toe_position_error"] - own[0].size_ratio * toe_error_cm
 
     def rows(self) -> Iterator[tuple[str, list[Scores], dict[str, float]]]:
         """Yield the name, the seeds and the published values of each row, user by user, networks first."""

@@ -1,21 +1,13 @@
-"""LoBSTr's networks: their sizes, what each prediction may look back on, and one frame at a time."""
+"""LoBSTr's networks: their sizes, and what each prediction may look back on."""
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 import torch
 
 from agents.lobstr.model import POSE_SIZE, LobstrModel
 from agents.lobstr.spec import ENCODERS, RECURRENT, WINDOW_FRAMES, LobstrSpec
-from agents.lobstr.stream import LowerBodyStream
 from configs.errors import InputError
-from datasets.motion.kinematics import resample
-from datasets.motion.rotation import to_matrix
-from datasets.synthetic.clips import synthetic_clips
-from datasets.trackers.features import VELOCITY, tracker_features
-from datasets.trackers.lower_body import from_rotation_6d
-from datasets.trackers.trackers import TRACKER_RATE_HZ, TrackerPoses, tracker_poses
 
 
 def test_the_papers_network_has_the_papers_sizes() -> None:
@@ -64,28 +56,3 @@ def test_unknown_networks_are_told() -> None:
         LobstrSpec(encoder="gpu")
     with pytest.raises(InputError, match="one of velocity, pose"):
         LobstrSpec(inputs="speed")
-
-
-def test_a_stream_says_what_the_network_says_of_the_same_second() -> None:
-    torch.manual_seed(0)
-    model = LobstrModel(LobstrSpec(hidden=32, latent=16)).eval()
-    joints = tracker_poses(resample(synthetic_clips(0, 1)[1], TRACKER_RATE_HZ))
-    before, now = (TrackerPoses(*(part[rows] for part in joints)) for rows in (slice(WINDOW_FRAMES + 1), slice(1, WINDOW_FRAMES + 2)))
-    features = torch.from_numpy(tracker_features(VELOCITY, before, now).astype(np.float32))[None]
-    model.fit_normalisation(features, torch.zeros(3, POSE_SIZE))
-    expected = from_rotation_6d(model(features).pose[0].detach().reshape(2, 8, 6).numpy())
-    stream = LowerBodyStream(model, 3)
-    for frame in range(WINDOW_FRAMES + 2):  # somebody else is followed beside him, and starts anew in between
-        rows = np.array([2, 0]) if frame % 3 else np.array([2])
-        poses = TrackerPoses(*(np.stack([part[frame], part[2 * frame]])[: len(rows)] for part in joints))
-        legs, _, warm = stream.push(rows, poses)
-        if frame == 20:
-            stream.reset(np.array([0]))
-        assert warm[0] == (frame >= WINDOW_FRAMES)
-        if frame >= WINDOW_FRAMES:
-            assert to_matrix(legs[0]) == pytest.approx(expected[frame - WINDOW_FRAMES], abs=1e-5)
-
-
-def test_only_the_papers_own_kind_is_streamed() -> None:
-    with pytest.raises(ValueError, match="a stream needs a GRU"):
-        LowerBodyStream(LobstrModel(LobstrSpec("lstm", hidden=8, latent=4)), 1)

@@ -7,7 +7,16 @@ import torch
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_NAMES
 from datasets.motion.rotation import from_axis_angle, to_matrix
-from datasets.trackers.lower_body import LEG_JOINTS, from_rotation_6d, leg_rotations, to_rotation_6d, toe_contacts, toe_positions, with_legs
+from datasets.trackers.lower_body import (
+    LEG_JOINTS,
+    from_rotation_6d,
+    leg_joint_positions,
+    leg_rotations,
+    to_rotation_6d,
+    toe_contacts,
+    toe_positions,
+    with_legs,
+)
 
 HALF = np.sqrt(0.5)
 QUARTER = np.array([HALF, 0.0, HALF, 0.0])  # a quarter turn about y: what pointed forward points down
@@ -38,6 +47,16 @@ def test_a_rigid_hip_turns_the_whole_leg() -> None:
     legs = leg_rotations(resting(20))
     legs[LEG_JOINTS.index("hip_l")] = QUARTER
     assert toe_positions(to_matrix(legs))[0] == pytest.approx([-0.92, 0.09, -0.13], abs=1e-6)  # (x, z) becomes (z, -x)
+
+
+def test_thighs_hang_from_a_pelvis_but_turn_by_themselves() -> None:
+    turns = np.tile(np.eye(3), (7, 1, 1))
+    turns[0] = to_matrix(QUARTER)  # the pelvis lies: (x, y, z) becomes (z, y, -x)
+    turns[5] = to_matrix(QUARTER)  # the right shin points back, its foot down
+    left, right = leg_joint_positions(torch.from_numpy(turns)).numpy()
+    # The hips, at (0, +-0.09, -0.03), are at (-0.03, +-0.09, 0); the thighs hang 0.42 down nevertheless.
+    assert left == pytest.approx(np.array([[-0.03, 0.09, -0.42], [-0.03, 0.09, -0.83], [0.10, 0.09, -0.89]]), abs=1e-6)
+    assert right == pytest.approx(np.array([[-0.03, -0.09, -0.42], [-0.44, -0.09, -0.42], [-0.50, -0.09, -0.55]]), abs=1e-6)
 
 
 def test_six_numbers_are_the_forward_and_the_up_axis() -> None:

@@ -18,8 +18,8 @@ import pytest
 import torch
 from rich.console import Console
 
-from agents.lobstr.model import LobstrModel
-from agents.lobstr.spec import LobstrSpec
+from agents.lower_body.model import LowerBodyModel
+from agents.lower_body.spec import LowerBodySpec
 from configs.source_code import PROJECT_ROOT
 from datasets.formats.bvh import read_bvh, write_bvh
 from datasets.library.sources import load_clips
@@ -56,7 +56,7 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a tiny network that knows nothing."""
     torch.manual_seed(0)
     path = tmp_path_factory.mktemp("model") / "model.safetensors"
-    LobstrModel(LobstrSpec(hidden=16, latent=8)).save(path, {})
+    LowerBodyModel(LowerBodySpec(hidden=16)).save(path, {})
     return path
 
 

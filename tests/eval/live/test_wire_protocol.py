@@ -73,6 +73,15 @@ def test_frames_come_back(axes: str, number: int, seed: int) -> None:
     np.testing.assert_allclose(back.trackers.rotations, trackers.rotations, atol=2e-6)
 
 
+def test_a_lost_tracker_is_null() -> None:
+    codec = Codec.of("unity")
+    frame = read(codec, line(hand_l=None))
+    assert np.isnan(frame.trackers.positions[1]).all()
+    assert np.isnan(frame.trackers.rotations[1]).all()
+    assert np.isfinite(np.delete(frame.trackers.positions, 1, axis=0)).all()
+    assert json.loads(codec.frame(7, frame.trackers))["hand_l"] is None
+
+
 def test_rough_quaternions_are_made_unit() -> None:
     frame = read(Codec.of("z-up"), line(pelvis=[0, 0, 1, 0.95, 0, 0, 0]))
     np.testing.assert_allclose(frame.trackers.rotations[TRACKER_NAMES.index("pelvis")], [1, 0, 0, 0])
@@ -102,7 +111,7 @@ def test_calibrate() -> None:
         (line(frame=-1), '"frame" is -1'),
         (line(frame=2**60), '"frame" is 115'),
         (line(foot=[0] * 7), '"foot" is unknown'),
-        (line(head=None), '"head" should be seven numbers'),
+        (line(head="lost"), '"head" should be seven numbers'),
         (line(head=[0, 0, 1]), '"head" should be seven numbers'),
         (line(head=[0, 0, 1, 1, 0, 0, 0, 0]), '"head" should be seven numbers'),
         (line(head=[0, 0, "1", 1, 0, 0, 0]), '"head" should be seven numbers'),

@@ -6,10 +6,11 @@ from configs.errors import InputError
 from trainers.algorithms.ppo_config import PpoConfig
 from trainers.runs.run_config import RunConfig
 from trainers.supervised.lobstr_config import LobstrConfig
+from trainers.supervised.lower_body_config import LowerBodyConfig
 from trainers.supervised.root_config import RootConfig
 
 
-@pytest.mark.parametrize("config", [PpoConfig, RootConfig, LobstrConfig])
+@pytest.mark.parametrize("config", [PpoConfig, RootConfig, LobstrConfig, LowerBodyConfig])
 @pytest.mark.parametrize(
     ("field", "value", "message"),
     [

@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 
 from agents.lobstr.model import LobstrModel
+from agents.lower_body.model import LowerBodyModel
+from agents.lower_body.spec import LowerBodySpec
 from datasets.formats.bvh import write_bvh
 from eval.study.cli import main
 from eval.study.lobstr import evaluate as lobstr_examine
@@ -17,7 +19,6 @@ from eval.study.lobstr import study as lobstr_study
 from eval.study.lobstr.study import LobstrRun
 from eval.study.lobstr.variants import GRU, MAJORITY_CLASS, MEAN_POSE, PK, PRETRAINED, TRUTH, USER_HEIGHTS_CM, VARIANTS, P
 from tests.builders import as_bvh, lively
-from tests.eval.study.lobstr.lobstr_parts import network
 from tests.trainers.run_comparison import stop_after
 from trainers.supervised import cli as supervised
 from trainers.supervised.lobstr_config import LobstrConfig
@@ -74,13 +75,13 @@ def few_steps(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(lobstr_study, "NUM_SEEDS", 1)
     monkeypatch.setattr(lobstr_study, "TRAINING_FRAMES", 2 * 2 * 46)
     monkeypatch.setattr(lobstr_study, "COMMON_OVERRIDES", (*lobstr_study.COMMON_OVERRIDES, *TINY))
-    monkeypatch.setattr(lobstr_study, "PRETRAINED_LOBSTR", tmp_path / "lobstr.safetensors")
+    monkeypatch.setattr(lobstr_study, "PRETRAINED_LOWER_BODY", tmp_path / "lower_body.safetensors")
     monkeypatch.setattr(lobstr_study, "available_cores", lambda: 1)
     monkeypatch.setattr(lobstr_tests, "SITTING_PERFORMERS", (1000, 1))
     monkeypatch.setattr(lobstr_tests, "WEARINGS_PER_USER", 1)
     monkeypatch.setattr(lobstr_examine, "FREE_RUN_FRAMES", 50)
     monkeypatch.setattr(lobstr_six_point, "HIDDEN_PER_MINUTE", 60.0)  # so that these short clips have some
-    network().save(tmp_path / "lobstr.safetensors", {"frames": 1000, "hours": 0.5})
+    LowerBodyModel(LowerBodySpec(hidden=8)).save(tmp_path / "lower_body.safetensors", {"frames": 1000, "hours": 0.5})
 
 
 def test_an_interrupted_study_goes_on_and_leaves_its_tables(

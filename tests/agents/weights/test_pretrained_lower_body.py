@@ -1,4 +1,4 @@
-"""The LoBSTr network in the package, on made-up people whom no training saw (their seeds are from 900 on) and with perfect trackers.
+"""The lower-body network in the package, on made-up people whom no training saw (their seeds are from 900 on) and with perfect trackers.
 
 The limits are the paper's own results on its own data (Table 1): 6.63 cm and 85.77 %.
 """
@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from safetensors import safe_open
 
-from agents.lobstr.model import LobstrModel
-from agents.lobstr.stream import LowerBodyStream
-from agents.weights.pretrained import PRETRAINED_LOBSTR
+from agents.lower_body.model import LowerBodyModel
+from agents.lower_body.stream import LowerBodyStream
+from agents.weights.pretrained import PRETRAINED_LOWER_BODY
 from datasets.motion.kinematics import resample
 from datasets.motion.rotation import to_matrix
 from datasets.synthetic.clips import FPS, stand, turn_on_the_spot, walk
@@ -33,12 +33,12 @@ def test_toes_are_found(movement: str) -> None:
     }
     clip = resample(made[movement](), TRACKER_RATE_HZ)
     joints = tracker_poses(clip)
-    stream, legs, contacts = LowerBodyStream(LobstrModel.load(PRETRAINED_LOBSTR)[0], 1), [], []
+    stream, legs, contacts = LowerBodyStream(LowerBodyModel.load(PRETRAINED_LOWER_BODY)[0], 1), [], []
     for positions, rotations in zip(*joints, strict=True):
-        turned, stands, warm = stream.push(np.array([0]), TrackerPoses(positions[None], rotations[None]))
+        body, warm = stream.push(np.array([0]), TrackerPoses(positions[None], rotations[None]))
         if warm[0]:
-            legs.append(turned[0])
-            contacts.append(stands[0])
+            legs.append(body.legs[0])
+            contacts.append(body.contacts[0])
     true = leg_rotations(clip.local_rotations)[-len(legs) :]
     errors = np.linalg.norm(toe_positions(to_matrix(np.array(legs))) - toe_positions(to_matrix(true)), axis=-1)
     assert len(legs) > (SECONDS - 1.1) * TRACKER_RATE_HZ
@@ -47,7 +47,7 @@ def test_toes_are_found(movement: str) -> None:
 
 
 def test_it_says_what_it_was_trained_on() -> None:
-    with safe_open(PRETRAINED_LOBSTR, framework="pt") as file:
+    with safe_open(PRETRAINED_LOWER_BODY, framework="pt") as file:
         card = json.loads(file.metadata()["card"])
     assert card["data"]["motions"] == "cmu/train"
     assert all(clip.startswith(("cmu_", "synthetic_")) for clip in card["clips"])

@@ -1,0 +1,39 @@
+"""Lower bodies of whole clips, the network's state carried from their first frame on, as live."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+
+from agents.lower_body.model import LowerBodyModel, LowerBodyPrediction
+from agents.lower_body.pose import LowerBodyPose, lower_body_pose
+from datasets.trackers.joint_features import JointPoses, joint_features
+
+BATCH_CLIPS = 32
+
+
+@torch.inference_mode()
+def predict_clips(model: LowerBodyModel, clips: Sequence[JointPoses]) -> list[LowerBodyPose]:
+    """Return the lower bodies in all frames of clips; clips of similar length share a batch.
+
+    Args:
+        model: Trained network.
+        clips: Poses of the joints as seen, NumPy, shape (T, 6, ...) each.
+    """
+    order = sorted(range(len(clips)), key=lambda clip: len(clips[clip].positions))
+    found: dict[int, LowerBodyPose] = {}
+    for first in range(0, len(order), BATCH_CLIPS):
+        some = order[first : first + BATCH_CLIPS]
+        features = torch.nn.utils.rnn.pad_sequence([_features(clips[clip]) for clip in some], batch_first=True)
+        seen = torch.nn.utils.rnn.pad_sequence([torch.from_numpy(clips[clip].seen) for clip in some], batch_first=True)
+        predicted = model.eval()(features, seen)
+        for row, clip in enumerate(some):
+            frames = len(clips[clip].positions)
+            found[clip] = lower_body_pose(clips[clip], LowerBodyPrediction(*(part[row, :frames] for part in predicted)))
+    return [found[clip] for clip in range(len(clips))]
+
+
+def _features(joints: JointPoses) -> torch.Tensor:
+    before = JointPoses(*(np.concat([part[:1], part[:-1]]) for part in joints))
+    before.seen[0] = False
+    return torch.from_numpy(joint_features(before, joints).astype(np.float32))

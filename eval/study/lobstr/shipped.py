@@ -1,0 +1,122 @@
+"""The lower-body network in the package on the LoBSTr study's test clips and sessions: ``python -m eval.study.lobstr.shipped``."""
+
+import argparse
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from agents.lobstr.spec import WINDOW_FRAMES
+from agents.lower_body.clip_prediction import predict_clips
+from agents.lower_body.model import LowerBodyModel
+from agents.lower_body.pose import joint_poses
+from agents.weights.pretrained import PRETRAINED_LOWER_BODY
+from configs.exit_codes import run_command
+from datasets.motion.kinematics import body_poses
+from datasets.motion.rotation_matrices import quaternions_to_matrices
+from datasets.trackers.joint_features import TRACKED_JOINT_BODIES, JointPoses
+from datasets.trackers.trackers import PELVIS_TRACKER, TrackerPoses
+from eval.study.lobstr.evaluation_sessions import EvaluationClip, Session, load_unseen_clips, simulate_sessions
+from eval.study.lobstr.scores import PredictedLegs, Scores, score_clips, score_sessions, weighted_mean
+from eval.study.lobstr.variants import USER_HEIGHTS_CM
+
+CALM = ("walk", "static")  # categories of walks, turns and standing, for which marks are stricter
+MEASURES = {"contact_accuracy": "contacts [%]", "rotational_error": "rotation [deg]", "toe_position_error": "toe-bases [cm]"}
+
+
+def predict_shipped(model: LowerBodyModel, joints: Sequence[TrackerPoses]) -> list[PredictedLegs]:
+    """Return the prediction of the network for each clip, its state carried, in all frames that have a second behind them.
+
+    Args:
+        model: Trained network.
+        joints: Poses of the four joints in each clip from its first frame on, (T, 4, ...).
+    """
+    return _predict(model, [_seen(one, np.ones(one.positions.shape[:2], dtype=bool)) for one in joints])
+
+
+def evaluate_shipped(model: LowerBodyModel, clips: Sequence[EvaluationClip]) -> Scores:
+    """Return all measures with perfect trackers, the state carried through clips: the network is never used in windows."""
+    return score_clips(clips, predict_shipped(model, [clip.joints for clip in clips]))
+
+
+def shipped_rows(model: LowerBodyModel, data: Path) -> Iterator[tuple[str, Scores]]:
+    """Yield names and measures of the rows: kinds of motion, users of each height, and other sets of trackers.
+
+    Args:
+        model: Trained network.
+        data: Folder of real motion.
+    """
+    clips = load_unseen_clips(data)
+    sets: dict[str, Callable[[EvaluationClip], JointPoses]] = {
+        "": lambda clip: _seen(clip.joints, np.ones(clip.joints.positions.shape[:2], dtype=bool)),
+        ", no pelvis tracker": _without_pelvis,
+        ", feet tracked": _with_feet,
+    }
+    for name, see in sets.items():
+        predicted = _predict(model, [see(clip) for clip in clips])
+        kinds = sorted({clip.motion.kind for clip in clips if clip.is_recorded}) if not name else []
+        for group, chosen in _groups(clips, kinds):
+            yield f"{group}{name}", score_clips([clips[one] for one in chosen], [predicted[one] for one in chosen])
+    sessions = simulate_sessions(clip for clip in clips if clip.is_recorded)
+    for height in USER_HEIGHTS_CM:
+        own = [one for one in sessions if one.height_cm == height]
+        legs = predict_shipped(model, [one.joints(compensate_positions=True) for one in own])
+        for group, chosen in _groups([one.clip for one in own], []):
+            yield f"{group}, {height} cm, worn trackers", _score_worn([own[one] for one in chosen], [legs[one] for one in chosen])
+
+
+def _groups(clips: Sequence[EvaluationClip], kinds: Sequence[str]) -> Iterator[tuple[str, list[int]]]:
+    """Yield names and members of groups of recorded clips: all, calm ones, and those of each of ``kinds``."""
+    recorded = [index for index, clip in enumerate(clips) if clip.is_recorded]
+    yield "all", recorded
+    yield "walks, turns, standing", [index for index in recorded if clips[index].category in CALM]
+    for kind in kinds:
+        yield kind, [index for index in recorded if clips[index].motion.kind == kind]
+
+
+def _score_worn(sessions: Sequence[Session], predicted: Sequence[PredictedLegs]) -> Scores:
+    """Return the measures of sessions, toe-bases at the user's size; no foot has a tracker that is hidden."""
+    hidden = [np.zeros((len(one.legs), 2), dtype=bool) for one in predicted]
+    return weighted_mean(
+        [(len(one.legs), score_sessions([session], [one], [mask])) for session, one, mask in zip(sessions, predicted, hidden, strict=True)]
+    )
+
+
+def _predict(model: LowerBodyModel, joints: Sequence[JointPoses]) -> list[PredictedLegs]:
+    return [PredictedLegs(pose.legs[WINDOW_FRAMES:], pose.contacts[WINDOW_FRAMES:]) for pose in predict_clips(model, joints)]
+
+
+def _seen(joints: TrackerPoses, seen: np.ndarray) -> JointPoses:
+    return joint_poses(joints, quaternions_to_matrices(joints.rotations), seen)
+
+
+def _without_pelvis(clip: EvaluationClip) -> JointPoses:
+    seen = np.ones(clip.joints.positions.shape[:2], dtype=bool)
+    seen[:, PELVIS_TRACKER] = False
+    return _seen(clip.joints, seen)
+
+
+def _with_feet(clip: EvaluationClip) -> JointPoses:
+    positions, rotations = body_poses(clip.motion)
+    turned = quaternions_to_matrices(rotations[:, TRACKED_JOINT_BODIES])
+    return JointPoses(positions[:, TRACKED_JOINT_BODIES], turned, np.ones(turned.shape[:2], dtype=bool))
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line; return the exit code."""
+    made = argparse.ArgumentParser("python -m eval.study.lobstr.shipped", description="Test the lower-body network on unseen performers.")
+    made.add_argument("--data", type=Path, required=True, help="folder of real motion")
+    made.add_argument("--model", type=Path, default=PRETRAINED_LOWER_BODY, help="another network than the package's")
+    options = made.parse_args(arguments)
+
+    def run() -> None:
+        print(f"{'':48}" + "".join(f"{title:>16}" for title in MEASURES.values()))
+        for name, scores in shipped_rows(LowerBodyModel.load(options.model)[0], options.data):
+            print(f"{name:48}" + "".join(f"{scores[measure]:16.2f}" for measure in MEASURES), flush=True)
+
+    return run_command(run)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
