@@ -16,8 +16,8 @@ from scipy.spatial.transform import Rotation
 from configs.errors import InputError
 from datasets.formats.asf_parser import Bone, Skeleton, is_degrees, parse_asf
 from datasets.formats.bvh import Bvh, Stated, bvh_from_pose, depth_first
-from datasets.formats.bvh_rows import MAX_VALUES, UNFINISHED_NUMBER, Frames, fill_missing_values
-from datasets.formats.bvh_text import MAX_MAGNITUDE, Reader, open_text, quote
+from datasets.formats.text_file import MAX_MAGNITUDE, Reader, open_text, quote
+from datasets.formats.text_rows import MAX_VALUES, UNFINISHED_NUMBER, Frames, fill_missing_values
 
 ASF_SUFFIX = ".asf"
 USUAL_FPS = 120.0  # 1/s, of CMU and HDM05; an AMC file does not say it

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from datasets.formats.bvh_parser import MAX_DEPTH, MAX_NAME, MAX_NODES, Vector
-from datasets.formats.bvh_text import Reader, open_text, quote
+from datasets.formats.text_file import Reader, open_text, quote
 
 ROOT = "root"  # what the root is called in both files
 DEGREES_OF_FREEDOM = ("tx", "ty", "tz", "rx", "ry", "rz", "l")  # translations, rotations, length

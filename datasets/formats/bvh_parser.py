@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from configs.errors import InputError
-from datasets.formats.bvh_rows import fill_missing_values, read_frames
-from datasets.formats.bvh_text import LATIN_1, SHIFT_JIS, UTF_8, Reader, open_text, quote
+from datasets.formats.text_file import LATIN_1, SHIFT_JIS, UTF_8, Reader, open_text, quote
+from datasets.formats.text_rows import fill_missing_values, read_frames
 
 CHANNELS = tuple(f"{axis}{kind}" for kind in ("position", "rotation", "scale") for axis in "XYZ")
 MAX_NODES = 1000  # joints and end sites; the largest real skeleton seen has 165 joints

@@ -15,7 +15,7 @@ import numpy as np
 from configs.errors import InputError
 from datasets.formats.bvh import Bvh, Stated, bvh_from_pose, depth_first
 from datasets.formats.bvh_parser import MAX_NAME
-from datasets.formats.bvh_text import quote
+from datasets.formats.text_file import quote
 from datasets.motion.rotation import conjugate, multiply, normalise, rotate
 
 MAX_BYTES = 256 * 2**20  # of a file; some twenty minutes of a full suit

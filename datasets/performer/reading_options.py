@@ -10,7 +10,7 @@ import yaml
 
 from configs.errors import InputError
 from datasets.formats.bvh_parser import MAX_NAME
-from datasets.formats.bvh_text import quote
+from datasets.formats.text_file import quote
 from datasets.motion.humanoid import BODY_NAMES
 
 MAX_BYTES = 256 * 2**10  # of a mapping file

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from configs.errors import InputError
 from datasets.formats.bvh import Bvh, channel_values, local_pose, read_bvh, write_bvh
-from datasets.formats.bvh_text import MAX_BYTES
+from datasets.formats.text_file import MAX_BYTES
 from datasets.motion.skeleton import forward_kinematics
 from tests.datasets.formats.bvh_files import TINY, assert_equal, write
 from tests.datasets.formats.bvh_fuzzer import mutate

@@ -1,4 +1,4 @@
-"""Rows of numbers in a BVH file: whole frames are taken, and values that are no numbers are filled between their neighbours."""
+"""Rows of numbers in a BVH file, and values that are no numbers, of an AMC too, which are filled between their neighbours."""
 
 import re
 from array import array
@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from datasets.formats.bvh_text import MAX_MAGNITUDE, Reader, quote
+from datasets.formats.text_file import MAX_MAGNITUDE, Reader, quote
 from datasets.motion.frame_spans import true_spans
 
 MAX_VALUES = 2**25  # of all channels, 256 MiB in memory
