@@ -91,7 +91,7 @@ class AdaptMimicEnv(gym.Env):  # noqa: D101 (its docstring is made from the spec
 
         Args:
             motions: Motion source, or a packed library.
-            render_mode: None or "rgb_array".
+            render_mode: None, "rgb_array", or "human": a window, in which every step is shown.
             **spec: Fields of ``MimicSpec``.
 
         Raises:

@@ -74,7 +74,7 @@ class AdaptMimicVectorEnv(MimicVectorEnvBase):
             Observations (N, O) and an empty info.
 
         Raises:
-            ValueError: If the options hold a clip or frame that does not exist.
+            ValueError: If the options hold another name, or a clip or frame that does not exist.
         """
         super().reset(seed=seed)
         if seed is not None:

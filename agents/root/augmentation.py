@@ -4,18 +4,13 @@ import torch
 
 from agents.root.spec import RootSpec
 from datasets.imu.root_features import LOWER_BODIES
-from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES
-
-
-def _twin(body: int) -> int:
-    """Return the same body of the other side, or the body itself if it has no side."""
-    base, _, side = BODY_NAMES[body].rpartition("_")
-    return BODY_NAMES.index(f"{base}_{'r' if side == 'l' else 'l'}") if side in ("l", "r") else body
+from datasets.motion.humanoid import BODY_COUNT
+from datasets.motion.mirror import OTHER_SIDE
 
 
 def mirror_bodies(bodies: tuple[int, ...]) -> torch.Tensor:
     """Return for each of ``bodies`` the position among them of the same body of the other side, or its own."""
-    return torch.tensor([bodies.index(_twin(body)) for body in bodies])
+    return torch.tensor([bodies.index(OTHER_SIDE[body]) for body in bodies])
 
 
 class RootAugmentation:

@@ -67,11 +67,11 @@ def calibrate_performer(performer_clip: PerformerClip, world: WorldPoses, foot_t
     Returns:
         Rotations for all bodies that have a joint in the clip.
     """
-    rest = rest_world(performer_clip)
+    rest, upright = rest_world(performer_clip), upright_frames(world)
     rest_is_human = is_rest_pose(rest)
-    reference = rest if rest_is_human else upright_frames(world)
+    reference = rest if rest_is_human else upright
     forward = upright_body_frames(reference)
-    frames = torso_frames(rest, world)
+    frames = torso_frames(rest, upright)
     axes = {body: _bend_axis(body, world, reference, forward) for body in LIMB_HINGES}
     stands = np.stack([_stance(side, world, foot_tips[f"foot_{side}"], performer_clip.motion.fps) for side in "lr"], axis=-1)
     for side, standing in zip("lr", stands.T, strict=True):

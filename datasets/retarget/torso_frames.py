@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from datasets.motion.rotation import conjugate, cross, from_axis_angle, multiply, rotate
 from datasets.motion.vectors import rotation_from_axes, unit_vector
-from datasets.retarget.world_poses import REST_BONE_DIRECTIONS, WorldPoses, hip_axis, mean_relative, upright_body_frames, upright_frames
+from datasets.retarget.world_poses import REST_BONE_DIRECTIONS, WorldPoses, hip_axis, mean_relative, upright_body_frames
 
 TORSO = ("pelvis", "spine", "chest", "head", "collar_l", "collar_r")
 TORSO_PARENTS = {"spine": "pelvis", "chest": "spine", "head": "chest", "collar_l": "chest", "collar_r": "chest"}
@@ -30,7 +30,7 @@ def is_rest_pose(rest: WorldPoses) -> bool:
     return _is_standing(rest) and _is_symmetric(rest)
 
 
-def torso_frames(rest: WorldPoses, world: WorldPoses) -> dict[str, np.ndarray]:
+def torso_frames(rest: WorldPoses, upright: WorldPoses) -> dict[str, np.ndarray]:
     """Return the rotation from each body of the torso to its joint, wxyz (4,).
 
     A rest pose that is a standing human's is the body's own. Else joints whose axes lie along the bones are taken to be the body's turned
@@ -38,16 +38,16 @@ def torso_frames(rest: WorldPoses, world: WorldPoses) -> dict[str, np.ndarray]:
 
     Args:
         rest: Poses of the joints at rest, one frame.
-        world: Poses of the joints in the clip.
+        upright: Poses of the joints in the clip's upright frames.
     """
-    reference = rest if is_rest_pose(rest) else upright_frames(world)
+    reference = rest if is_rest_pose(rest) else upright
     if reference is not rest and not _is_along_axes(rest):
         return _frames_along_bones(reference)
     forward = upright_body_frames(reference)
     frames = {body: mean_relative(reference.rotations[body], forward) for body in TORSO if body in reference.rotations}
     if reference is not rest:
         frames = {body: _snap(frame) for body, frame in frames.items()}
-    return _without_bent_rest(frames, world)
+    return _without_bent_rest(frames, upright)
 
 
 def _is_standing(rest: WorldPoses) -> bool:
@@ -117,7 +117,7 @@ def _snap(rotation: np.ndarray) -> np.ndarray:
     return Rotation.from_matrix(nearest).as_quat(scalar_first=True)
 
 
-def _without_bent_rest(frames: dict[str, np.ndarray], world: WorldPoses) -> dict[str, np.ndarray]:
+def _without_bent_rest(frames: dict[str, np.ndarray], upright: WorldPoses) -> dict[str, np.ndarray]:
     """Return the frames of the torso, corrected where the rest pose bends a joint as nobody does.
 
     On average over the upright frames a spine is nearly straight, and collar bones point sideways. A file whose rest pose has them
@@ -126,9 +126,9 @@ def _without_bent_rest(frames: dict[str, np.ndarray], world: WorldPoses) -> dict
 
     Args:
         frames: Body -> rotation from the body's frame to its joint's, for the torso.
-        world: Poses of the joints in the world.
+        upright: Poses of the joints in the clip's upright frames.
     """
-    frames, upright, fixes = dict(frames), upright_frames(world), {}
+    frames, fixes = dict(frames), {}
     for body, parent in TORSO_PARENTS.items():
         while parent not in frames:
             parent = TORSO_PARENTS[parent]

@@ -17,6 +17,7 @@ from trainers.algorithms.schedules import exponential_schedule
 from trainers.supervised.clip_selection import evenly_spaced
 from trainers.supervised.lobstr_config import LobstrConfig
 from trainers.supervised.lobstr_data import LobstrData
+from trainers.supervised.losses import safe_norm
 
 NUM_NORMALISATION_PIECES = 512
 NUM_SCORED_PIECES = 512  # of the held-out performer, at most
@@ -85,11 +86,11 @@ class LobstrLearner:
         with torch.autocast("cpu", torch.bfloat16, enabled=self.config.bfloat16):
             predicted = LowerBodyPrediction(*(part.float() for part in self.model(features, before)))
         toes, true_toes = _toe_base_positions(predicted.pose), _toe_base_positions(poses)
-        distances = _safe_norm(toes - true_toes)
+        distances = safe_norm(toes - true_toes)
         losses = {
             "pose": (predicted.pose - poses).abs().mean(),
             "kinematics": distances.mean(),
-            "velocity": _safe_norm(toes.diff(dim=1) - true_toes.diff(dim=1)).mean(),  # predicted minus predicted: docs/errata.md
+            "velocity": safe_norm(toes.diff(dim=1) - true_toes.diff(dim=1)).mean(),  # predicted minus predicted: docs/errata.md
             "contact": functional.cross_entropy(predicted.contact.flatten(0, 2), contacts.flatten()),
         }
         right = (predicted.contact.argmax(-1) == contacts).float().mean()
@@ -132,7 +133,3 @@ class LobstrLearner:
 def _toe_base_positions(poses: torch.Tensor) -> torch.Tensor:
     """Return the positions of the toe-bases (..., 2, 3) [m] in poses (..., 48)."""
     return toe_positions(from_rotation_6d(poses.unflatten(-1, (len(LEG_JOINTS), ROTATION_6D_SIZE))))
-
-
-def _safe_norm(v: torch.Tensor) -> torch.Tensor:
-    return (v.square().sum(-1) + 1e-12).sqrt()

@@ -15,6 +15,7 @@ from datasets.trackers.trackers import PELVIS_TRACKER, TRACKER_NAMES, TRACKER_RA
 from trainers.algorithms.learner_state import get_state, set_state
 from trainers.algorithms.schedules import cosine_schedule
 from trainers.supervised.clip_selection import ClipSelection, evenly_spaced
+from trainers.supervised.losses import masked_mean, safe_norm
 from trainers.supervised.lower_body_augmentation import TrackerAugmentation
 from trainers.supervised.lower_body_config import LowerBodyConfig
 from trainers.supervised.lower_body_data import LowerBodyData
@@ -132,19 +133,19 @@ class LowerBodyLearner:
             for turned, place in ((rotations, pelvis), (true_rotations, true_pelvis))
         )
         away = points - true_points  # (B, T, 2, 3, 3)
-        chords = _safe_norm((rotations - true_rotations).flatten(-2)) * 0.5**0.5
+        chords = safe_norm((rotations - true_rotations).flatten(-2)) * 0.5**0.5
         # Both frames of a difference are in the reference frame of their own; the turn between them moves the true points as well.
         frame, origin = reference_frame(JointPoses(pieces.positions, pieces.rotations, joints.seen))
         toes = (frame[:, :, None] @ points[:, :, :, 2, :, None])[..., 0] + origin[:, :, None]
         stands = pieces.contacts[:, 1:] * pieces.contacts[:, :-1] * moving[..., None]
-        slide = _safe_norm(toes.diff(dim=1)) * TRACKER_RATE_HZ
-        velocity = _safe_norm(away[:, :, :, 1:].diff(dim=1)) * TRACKER_RATE_HZ
+        slide = safe_norm(toes.diff(dim=1)) * TRACKER_RATE_HZ
+        velocity = safe_norm(away[:, :, :, 1:].diff(dim=1)) * TRACKER_RATE_HZ
         losses = {
-            "rotation": _masked_mean(chords.mean(-1), inside),
-            "position": _masked_mean(_safe_norm(away).mean((-1, -2)), inside),
-            "velocity": _masked_mean(velocity.mean((-1, -2)), moving),
+            "rotation": masked_mean(chords.mean(-1), inside),
+            "position": masked_mean(safe_norm(away).mean((-1, -2)), inside),
+            "velocity": masked_mean(velocity.mean((-1, -2)), moving),
             "foot_lock": (slide * stands).sum() / stands.sum().clamp(min=1.0),
-            "contact": _masked_mean(
+            "contact": masked_mean(
                 functional.binary_cross_entropy_with_logits(predicted.contacts, pieces.contacts, reduction="none").mean(-1), inside
             ),
         }
@@ -155,9 +156,9 @@ class LowerBodyLearner:
         right = ((predicted.contacts > 0.0) == (pieces.contacts > 0.5)).float().mean(-1)
         return {
             "loss": loss,
-            "contact_accuracy": 100.0 * _masked_mean(right, inside),
-            "rotation_error_deg": torch.rad2deg(_masked_mean(angles.sum(-1), inside)) / len(LEG_JOINTS),
-            "toe_error_cm": 100.0 * _masked_mean(_safe_norm(away[:, :, :, 2]).mean(-1), inside),
+            "contact_accuracy": 100.0 * masked_mean(right, inside),
+            "rotation_error_deg": torch.rad2deg(masked_mean(angles.sum(-1), inside)) / len(LEG_JOINTS),
+            "toe_error_cm": 100.0 * masked_mean(safe_norm(away[:, :, :, 2]).mean(-1), inside),
             "stance_cm_s": 100.0 * losses["foot_lock"],
         }
 
@@ -208,11 +209,3 @@ def _targets(pieces: Pieces, seen: torch.Tensor) -> tuple[torch.Tensor, torch.Te
     thighs = back @ pieces.legs[:, :, _THIGHS]
     rotations = torch.cat([pelvis, thighs[:, :, :1], pieces.legs[:, :, 1:3], thighs[:, :, 1:], pieces.legs[:, :, 4:]], 2)
     return rotations, ((pieces.positions[:, :, PELVIS_TRACKER] - origin)[:, :, None] @ frame)[:, :, 0]
-
-
-def _masked_mean(values: torch.Tensor, mask: torch.Tensor) -> torch.Tensor:
-    return (values * mask).sum() / mask.sum().clamp(min=1)
-
-
-def _safe_norm(v: torch.Tensor) -> torch.Tensor:
-    return (v.square().sum(-1) + 1e-12).sqrt()

@@ -17,6 +17,7 @@ from trainers.algorithms.learner_state import get_state, set_state
 from trainers.algorithms.schedules import cosine_schedule
 from trainers.runs.device import allow_tf32, resolve_device
 from trainers.supervised.clip_selection import evenly_spaced
+from trainers.supervised.losses import masked_mean, safe_norm
 from trainers.supervised.restore_augmentation import augment_windows
 from trainers.supervised.restore_config import RestoreConfig
 from trainers.supervised.restore_data import RestoreData, RestoreFrames
@@ -113,19 +114,19 @@ class RestoreLearner:
         stands = windows.contacts[:, ::PATCH_FRAMES, :2].amin(-1) > 0.5
         both = moving & stands[:, 1:] & stands[:, :-1]
         losses = {
-            "position": _masked_mean(_safe_norm(away).mean(-1), inside),
-            "velocity": _masked_mean(_safe_norm(velocity_error).mean(-1), moving),
-            "constant": _safe_norm(predicted.constant - constant).mean(),
-            "rotation": _masked_mean(_safe_norm(rotation_error).mean(-1), inside),
-            "stance": _masked_mean(_safe_norm(toes), both),
-            "contact": _masked_mean(
+            "position": masked_mean(safe_norm(away).mean(-1), inside),
+            "velocity": masked_mean(safe_norm(velocity_error).mean(-1), moving),
+            "constant": safe_norm(predicted.constant - constant).mean(),
+            "rotation": masked_mean(safe_norm(rotation_error).mean(-1), inside),
+            "stance": masked_mean(safe_norm(toes), both),
+            "contact": masked_mean(
                 functional.binary_cross_entropy_with_logits(predicted.contacts, windows.contacts, reduction="none").mean(-1), mask
             ),
-            "root": _masked_mean((predicted.root - windows.root).abs().mean(-1), mask),
+            "root": masked_mean((predicted.root - windows.root).abs().mean(-1), mask),
             "uncertainty": _negative_log_likelihood(predicted.constant.detach() - constant, predicted.constant_log_std).mean()
-            + _masked_mean(
+            + masked_mean(
                 _negative_log_likelihood(
-                    _safe_norm(varying.detach() - (correction - constant[:, None])) / 3.0**0.5, predicted.varying_log_std
+                    safe_norm(varying.detach() - (correction - constant[:, None])) / 3.0**0.5, predicted.varying_log_std
                 ).mean(-1),
                 inside,
             ),
@@ -137,10 +138,10 @@ class RestoreLearner:
         return {
             "loss": loss,
             "restored_error_mm": 1000.0 * losses["position"],
-            "before_mm": 1000.0 * _masked_mean(_safe_norm(self._distances(captured, truth, true_joints, inside)).mean(-1), inside),
-            "contact_accuracy": 100.0 * _masked_mean(right, mask),
+            "before_mm": 1000.0 * masked_mean(safe_norm(self._distances(captured, truth, true_joints, inside)).mean(-1), inside),
+            "contact_accuracy": 100.0 * masked_mean(right, mask),
             "constant_error_deg": torch.rad2deg(losses["constant"]),
-            "constant_deg": torch.rad2deg(_safe_norm(constant).mean()),
+            "constant_deg": torch.rad2deg(safe_norm(constant).mean()),
             "stance_cm_s": 100.0 * losses["stance"],
         }
 
@@ -191,11 +192,3 @@ def _heading_lag(restored: torch.Tensor, truth: torch.Tensor, mask: torch.Tensor
 def _negative_log_likelihood(error: torch.Tensor, log_std: torch.Tensor) -> torch.Tensor:
     """Return the negative logarithm of a Gaussian's density, less a constant."""
     return log_std + 0.5 * (error * torch.exp(-log_std)).square()
-
-
-def _masked_mean(values: torch.Tensor, mask: torch.Tensor) -> torch.Tensor:
-    return (values * mask).sum() / mask.sum().clamp(min=1)
-
-
-def _safe_norm(v: torch.Tensor) -> torch.Tensor:
-    return (v.square().sum(-1) + 1e-12).sqrt()
