@@ -54,8 +54,8 @@ def test_progress_is_told(tmp_path: Path) -> None:
     write_bvh(tmp_path / "in.bvh", as_bvh(standing(60, 30.0)))
     told = []
 
-    async def note(share: float, total: float | None, stage: str | None) -> None:
-        told.append(stage)
+    async def note(progress: float, total: float | None, message: str | None) -> None:
+        told.append(message)
 
     async def talk() -> None:
         async with Client(make_server(Workshop(1, CleaningPipeline(None)))) as client:
