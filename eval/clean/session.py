@@ -1,9 +1,8 @@
 """A cleaning that can be solved again: what is read once is kept, and of the stages only those run again that an edit touches."""
 
-from collections import OrderedDict
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass, replace
-from typing import Any, Protocol, TypeVar
+from dataclasses import replace
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from datasets.cleanup.foot_contacts import detect_foot_contacts
 from datasets.cleanup.off_feet_spans import OffFeetSpan, find_off_feet_spans
 from datasets.formats.bvh import Bvh
 from datasets.imu.recording import measured_accelerations
-from datasets.motion.clip import FPS, BodyMotion
+from datasets.motion.clip import FPS, BodyMotion, Motion
 from datasets.motion.frame_spans import true_spans
 from datasets.motion.kinematics import resample
 from datasets.performer.performer_clip import performer_clip_from_bvh
@@ -42,10 +41,9 @@ from eval.clean.restored_poses import FADE_S, RestoredPoses, blend_poses, restor
 from eval.clean.result import CleaningResult
 from eval.clean.samcon import QUALITIES, Simulator
 from eval.clean.simulate_clip import SimulatedClip
+from eval.clean.stage_memory import StageMemory
 from eval.clean.stages import repair_kinematically, simulate_grounded_spans
 
-T = TypeVar("T")
-NUM_KEPT = 3  # results of each stage that are kept: of the edits, of those before, and of a comparison
 MIN_REMEMBERED_S, REMEMBERED_CLIPS = 120.0, 4.0  # s of simulation that are remembered at least, and how many times the clip's length
 
 
@@ -67,12 +65,25 @@ class Models(Protocol):
         ...
 
 
-@dataclass(frozen=True)
-class _Placed:
+class _Placed(NamedTuple):
     """A recording on its ground: retargeted at its own rate, and at 60 fps."""
 
     retargeted: Retargeted
     recorded: BodyMotion
+
+
+class _Stages(NamedTuple):
+    """What the stages made of a clip: its recording, poses before and after edits, root, repair and simulation, and its frames (T,)."""
+
+    placed: _Placed
+    found_poses: RestoredPoses
+    poses: RestoredPoses
+    rooted: BodyMotion
+    off_feet: list[OffFeetSpan]
+    repaired: BodyMotion
+    simulated: SimulatedClip
+    stale: np.ndarray
+    said: np.ndarray | None
 
 
 class CleaningSession:
@@ -117,7 +128,7 @@ class CleaningSession:
         self.start_s = self.performer.dropped_frames / self.performer.motion.fps
         read = (*self.performer.notices, *find_implausible(self.retargeted))
         self.notices, self.read_as = tuple(map(Notice, read)), describe_reading(self.retargeted)
-        self._stages: dict[str, OrderedDict[Hashable, Any]] = {}
+        self._memory = StageMemory()
         self._searches = SearchMemory(round(max(MIN_REMEMBERED_S * FPS, REMEMBERED_CLIPS * len(self.recorded))))
 
     @property
@@ -153,62 +164,21 @@ class CleaningSession:
             progress(stage, min(share, 1.0))
 
         begin(RESTORING)
-        placed, poses, unedited = self._poses(edits)
+        placed, poses, found_poses = self._poses(edits)
         begin(ROOT)
-        rooted, off_feet = self._stage("root", _pose_key(edits), lambda: self._root(placed, poses))
+        rooted, off_feet = self._memory.result("root", _pose_key(edits), lambda: self._root(placed, poses))
         begin(REPAIRING)
         said = said_contacts(edits.contacts, *self._grid) if edits.contacts else None
-        repaired = self._stage(
+        repaired = self._memory.result(
             "repaired", (_pose_key(edits), edits.contacts), lambda: repair_kinematically(rooted, off_feet, poses.contacts, said)
         )
         begin(SIMULATING)
         simulated, stale = self._simulate(edits, repaired, off_feet, poses.contacts, physics, lambda share: begin(SIMULATING, share))
         begin(TRANSFERRING)
-        kept = frames_kept(edits.spans, *self._grid)
         output = to_performer(placed.retargeted, simulated.motion, simulated.contacts, off_feet, edits, self.start_s)
         begin(COMPARING)
-        cleaned = replace(resample(retarget_with(placed.retargeted, output), FPS), name=self.name)
-        after_stage = {
-            "restoring": rooted,
-            "planting feet and parting limbs": repaired,
-            "physics": simulated.motion,
-            "holding feet": cleaned,
-        }
-        moved = find_moved_spans(placed.recorded, after_stage, self.start_s)
-        overlaps = find_overlaps(cleaned, self.start_s)
-        notices = (
-            *self.notices,
-            *pose_notices(unedited, edits),
-            *root_notices(rooted is not poses.motion, off_feet, self.start_s),
-            *([moved_line(moved)] if moved else []),
-            *([overlap_line(overlaps)] if overlaps else []),
-        )
-        contacts = simulated.contacts if said is None else edited_contacts(simulated.contacts, said)
-        if kept.any():
-            contacts = np.where(kept[:, None], detect_foot_contacts(placed.recorded), contacts)
-        return CleaningResult(
-            self.name,
-            placed.recorded,
-            cleaned,
-            contacts,
-            np.where(kept, 0.0, simulated.confidence),
-            tuple(self.start_s + start / FPS for start in simulated.segment_starts[1:] if not kept[start]),
-            np.where(kept, 0.0, simulated.assist),
-            notices,
-            unedited.misalignments,
-            moved,
-            overlaps,
-            None,
-            self.read_as,
-            self.performer.damage,
-            self.start_s,
-            None if edits.changes_nothing else simulated.contacts,
-            tuple(off_feet),
-            self._seconds(stale & ~kept),
-            self._seconds(kept),
-            output,
-            edits.ground_m,
-        )
+        stages = _Stages(placed, found_poses, poses, rooted, off_feet, repaired, simulated, stale, said)
+        return self._result(edits, stages, output)
 
     def write(self, result: CleaningResult) -> Bvh:
         """Return the file to write for a result of ``solve``: the recorded one with the channel values of the cleaned clip."""
@@ -216,6 +186,54 @@ class CleaningSession:
             raise ValueError(f"{result.name}: a result without the clip on the performer's skeleton")
         written = to_performer_bvh(self.bvh, self.performer, result.output)
         return to_zero_ground(written, self._placed(result.ground_m).retargeted) if self.performer.reading.zero_ground else written
+
+    def _result(self, edits: Edits, stages: _Stages, output: Motion) -> CleaningResult:
+        """Return what a person should know of a cleaned clip, and the clip itself."""
+        placed, simulated, off_feet = stages.placed, stages.simulated, stages.off_feet
+        cleaned = replace(resample(retarget_with(placed.retargeted, output), FPS), name=self.name)
+        after_stage = {
+            "restoring": stages.rooted,
+            "planting feet and parting limbs": stages.repaired,
+            "physics": simulated.motion,
+            "holding feet": cleaned,
+        }
+        moved, overlaps = find_moved_spans(placed.recorded, after_stage, self.start_s), find_overlaps(cleaned, self.start_s)
+        notices = (
+            *self.notices,
+            *pose_notices(stages.found_poses, edits),
+            *root_notices(stages.rooted is not stages.poses.motion, off_feet, self.start_s),
+            *([moved_line(moved)] if moved else []),
+            *([overlap_line(overlaps)] if overlaps else []),
+        )
+        kept = frames_kept(edits.spans, *self._grid)
+        return CleaningResult(
+            name=self.name,
+            before=placed.recorded,
+            after=cleaned,
+            contacts=self._edited_contacts(stages, kept),
+            confidence=np.where(kept, 0.0, simulated.confidence),
+            restarts=tuple(self.start_s + start / FPS for start in simulated.segment_starts[1:] if not kept[start]),
+            assist=np.where(kept, 0.0, simulated.assist),
+            notices=notices,
+            misalignments=stages.found_poses.misalignments,
+            moved=moved,
+            overlaps=overlaps,
+            read_as=self.read_as,
+            damage=self.performer.damage,
+            start_s=self.start_s,
+            found_contacts=None if edits.changes_nothing else simulated.contacts,
+            off_feet=tuple(off_feet),
+            stale=self._seconds(stages.stale & ~kept),
+            kept_spans=self._seconds(kept),
+            output=output,
+            ground_m=edits.ground_m,
+        )
+
+    def _edited_contacts(self, stages: _Stages, kept: np.ndarray) -> np.ndarray:
+        """Return which foot stands as a person said, in kept frames (T,) as the recording shows it, shape (T, 2)."""
+        found = stages.simulated.contacts
+        contacts = found if stages.said is None else edited_contacts(found, stages.said)
+        return np.where(kept[:, None], detect_foot_contacts(stages.placed.recorded), contacts) if kept.any() else contacts
 
     def _placed(self, ground_m: float) -> _Placed:
         """Return the recording on ground that is ``ground_m`` higher than was found [m]."""
@@ -227,12 +245,12 @@ class CleaningSession:
             motion = replace(retarget_with(moved, self.performer.motion), rooted=self.retargeted.motion.rooted)
             return _Placed(replace(moved, motion=motion), resample(motion, FPS))
 
-        return self._stage("placed", ground_m, place)
+        return self._memory.result("placed", ground_m, place)
 
     def _poses(self, edits: Edits) -> tuple[_Placed, RestoredPoses, RestoredPoses]:
         """Return the recording on its ground, and its restored poses with and without what a person changed of them."""
         placed, restorer = self._placed(edits.ground_m), None if RESTORE in edits.without else self._models.restorer
-        unedited = self._stage(
+        unedited = self._memory.result(
             "restored",
             (edits.ground_m, restorer is None),
             lambda: restore_clip(restorer, placed.recorded, find_off_feet_spans(placed.recorded)),
@@ -246,7 +264,7 @@ class CleaningSession:
                 motion = correct_misalignments(motion, edits.misalignments)
             return unedited if motion is unedited.motion else unedited._replace(motion=motion)
 
-        return placed, self._stage("poses", _pose_key(edits), edit), unedited
+        return placed, self._memory.result("poses", _pose_key(edits), edit), unedited
 
     def _root(self, placed: _Placed, poses: RestoredPoses) -> tuple[BodyMotion, list[OffFeetSpan]]:
         return locate_root(poses.motion, measured_accelerations(self.bvh, placed.retargeted, poses.motion))
@@ -268,16 +286,6 @@ class CleaningSession:
         without = frames_without(PHYSICS, edits.spans, *self._grid)
         parts = EditedSimulation(self._searches, without, frames_of_quality(edits.spans, *self._grid), physics)
         return simulate_grounded_spans(simulator, repaired, off_feet, contacts, progress, parts), parts.stale
-
-    def _stage(self, name: str, key: Hashable, run: Callable[[], T]) -> T:
-        """Return the result of a stage for a key, kept from before or made now."""
-        kept = self._stages.setdefault(name, OrderedDict())
-        if key not in kept:
-            kept[key] = run()
-        kept.move_to_end(key)
-        while len(kept) > NUM_KEPT:
-            kept.popitem(last=False)
-        return kept[key]
 
     @property
     def _grid(self) -> tuple[int, float, float]:
