@@ -2,29 +2,24 @@
 
 from collections.abc import Callable, Hashable
 from dataclasses import replace
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from agents.restore.model import RestoreModel
-from datasets.cleanup.foot_contacts import detect_foot_contacts
 from datasets.cleanup.off_feet_spans import OffFeetSpan, find_off_feet_spans
 from datasets.formats.bvh import Bvh
 from datasets.imu.recording import measured_accelerations
-from datasets.motion.clip import FPS, BodyMotion, Motion
-from datasets.motion.frame_spans import true_spans
+from datasets.motion.clip import FPS, BodyMotion
 from datasets.motion.kinematics import resample
 from datasets.performer.performer_clip import performer_clip_from_bvh
 from datasets.performer.reading_options import ReadingOptions
 from datasets.retarget.plausibility import find_implausible
 from datasets.retarget.read_as import describe_reading
-from datasets.retarget.retarget import Retargeted, retarget, retarget_with
+from datasets.retarget.retarget import retarget, retarget_with
 from datasets.retarget.transfer_back import to_performer_bvh, to_zero_ground
-from envs.physics.self_collision import find_overlaps
 from eval.clean.apply_edits import (
     correct_misalignments,
-    edited_contacts,
-    frames_kept,
     frames_of_quality,
     frames_without,
     said_contacts,
@@ -33,14 +28,14 @@ from eval.clean.apply_edits import (
 from eval.clean.believed_root import locate_root
 from eval.clean.edited_simulation import EditedSimulation, SearchMemory
 from eval.clean.edits import PHYSICS, RESTORE, Edits, check_within
-from eval.clean.moved_joints import find_moved_spans
-from eval.clean.notices import Notice, moved_line, overlap_line, pose_notices, root_notices
+from eval.clean.notices import Notice
 from eval.clean.performer_output import to_performer
 from eval.clean.progress import COMPARING, REPAIRING, RESTORING, RETARGETING, ROOT, SIMULATING, TRANSFERRING
 from eval.clean.restored_poses import FADE_S, RestoredPoses, blend_poses, restore_clip
 from eval.clean.result import CleaningResult
 from eval.clean.samcon import QUALITIES, Simulator
 from eval.clean.simulate_clip import SimulatedClip
+from eval.clean.solved_stages import PlacedRecording, SolvedStages, compare_with_recording
 from eval.clean.stage_memory import StageMemory
 from eval.clean.stages import repair_kinematically, simulate_grounded_spans
 
@@ -63,27 +58,6 @@ class Models(Protocol):
     def restorer(self) -> RestoreModel | None:
         """Restoring network; None leaves poses as they were captured."""
         ...
-
-
-class _Placed(NamedTuple):
-    """A recording on its ground: retargeted at its own rate, and at 60 fps."""
-
-    retargeted: Retargeted
-    recorded: BodyMotion
-
-
-class _Stages(NamedTuple):
-    """What the stages made of a clip: its recording, poses before and after edits, root, repair and simulation, and its frames (T,)."""
-
-    placed: _Placed
-    found_poses: RestoredPoses
-    poses: RestoredPoses
-    rooted: BodyMotion
-    off_feet: list[OffFeetSpan]
-    repaired: BodyMotion
-    simulated: SimulatedClip
-    stale: np.ndarray
-    said: np.ndarray | None
 
 
 class CleaningSession:
@@ -177,8 +151,9 @@ class CleaningSession:
         begin(TRANSFERRING)
         output = to_performer(placed.retargeted, simulated.motion, simulated.contacts, off_feet, edits, self.start_s)
         begin(COMPARING)
-        stages = _Stages(placed, found_poses, poses, rooted, off_feet, repaired, simulated, stale, said)
-        return self._result(edits, stages, output)
+        stages = SolvedStages(placed, found_poses, poses, rooted, off_feet, repaired, simulated, stale, said)
+        told = compare_with_recording(stages, output, edits, self.name, self.start_s)
+        return replace(told, notices=(*self.notices, *told.notices), read_as=self.read_as, damage=self.performer.damage)
 
     def write(self, result: CleaningResult) -> Bvh:
         """Return the file to write for a result of ``solve``: the recorded one with the channel values of the cleaned clip."""
@@ -187,67 +162,19 @@ class CleaningSession:
         written = to_performer_bvh(self.bvh, self.performer, result.output)
         return to_zero_ground(written, self._placed(result.ground_m).retargeted) if self.performer.reading.zero_ground else written
 
-    def _result(self, edits: Edits, stages: _Stages, output: Motion) -> CleaningResult:
-        """Return what a person should know of a cleaned clip, and the clip itself."""
-        placed, simulated, off_feet = stages.placed, stages.simulated, stages.off_feet
-        cleaned = replace(resample(retarget_with(placed.retargeted, output), FPS), name=self.name)
-        after_stage = {
-            "restoring": stages.rooted,
-            "planting feet and parting limbs": stages.repaired,
-            "physics": simulated.motion,
-            "holding feet": cleaned,
-        }
-        moved, overlaps = find_moved_spans(placed.recorded, after_stage, self.start_s), find_overlaps(cleaned, self.start_s)
-        notices = (
-            *self.notices,
-            *pose_notices(stages.found_poses, edits),
-            *root_notices(stages.rooted is not stages.poses.motion, off_feet, self.start_s),
-            *([moved_line(moved)] if moved else []),
-            *([overlap_line(overlaps)] if overlaps else []),
-        )
-        kept = frames_kept(edits.spans, *self._grid)
-        return CleaningResult(
-            name=self.name,
-            before=placed.recorded,
-            after=cleaned,
-            contacts=self._edited_contacts(stages, kept),
-            confidence=np.where(kept, 0.0, simulated.confidence),
-            restarts=tuple(self.start_s + start / FPS for start in simulated.segment_starts[1:] if not kept[start]),
-            assist=np.where(kept, 0.0, simulated.assist),
-            notices=notices,
-            misalignments=stages.found_poses.misalignments,
-            moved=moved,
-            overlaps=overlaps,
-            read_as=self.read_as,
-            damage=self.performer.damage,
-            start_s=self.start_s,
-            found_contacts=None if edits.changes_nothing else simulated.contacts,
-            off_feet=tuple(off_feet),
-            stale=self._seconds(stages.stale & ~kept),
-            kept_spans=self._seconds(kept),
-            output=output,
-            ground_m=edits.ground_m,
-        )
-
-    def _edited_contacts(self, stages: _Stages, kept: np.ndarray) -> np.ndarray:
-        """Return which foot stands as a person said, in kept frames (T,) as the recording shows it, shape (T, 2)."""
-        found = stages.simulated.contacts
-        contacts = found if stages.said is None else edited_contacts(found, stages.said)
-        return np.where(kept[:, None], detect_foot_contacts(stages.placed.recorded), contacts) if kept.any() else contacts
-
-    def _placed(self, ground_m: float) -> _Placed:
+    def _placed(self, ground_m: float) -> PlacedRecording:
         """Return the recording on ground that is ``ground_m`` higher than was found [m]."""
         if not ground_m:
-            return _Placed(self.retargeted, self.recorded)
+            return PlacedRecording(self.retargeted, self.recorded)
 
-        def place() -> _Placed:
+        def place() -> PlacedRecording:
             moved = replace(self.retargeted, lift=self.retargeted.lift - self.retargeted.scale * ground_m)
             motion = replace(retarget_with(moved, self.performer.motion), rooted=self.retargeted.motion.rooted)
-            return _Placed(replace(moved, motion=motion), resample(motion, FPS))
+            return PlacedRecording(replace(moved, motion=motion), resample(motion, FPS))
 
         return self._memory.result("placed", ground_m, place)
 
-    def _poses(self, edits: Edits) -> tuple[_Placed, RestoredPoses, RestoredPoses]:
+    def _poses(self, edits: Edits) -> tuple[PlacedRecording, RestoredPoses, RestoredPoses]:
         """Return the recording on its ground, and its restored poses with and without what a person changed of them."""
         placed, restorer = self._placed(edits.ground_m), None if RESTORE in edits.without else self._models.restorer
         unedited = self._memory.result(
@@ -266,7 +193,7 @@ class CleaningSession:
 
         return placed, self._memory.result("poses", _pose_key(edits), edit), unedited
 
-    def _root(self, placed: _Placed, poses: RestoredPoses) -> tuple[BodyMotion, list[OffFeetSpan]]:
+    def _root(self, placed: PlacedRecording, poses: RestoredPoses) -> tuple[BodyMotion, list[OffFeetSpan]]:
         return locate_root(poses.motion, measured_accelerations(self.bvh, placed.retargeted, poses.motion))
 
     def _simulate(
@@ -291,10 +218,6 @@ class CleaningSession:
     def _grid(self) -> tuple[int, float, float]:
         """Number of frames at 60 fps, their rate [1/s] and the time of the first [s]."""
         return len(self.recorded), FPS, self.start_s
-
-    def _seconds(self, labels: np.ndarray) -> tuple[tuple[float, float], ...]:
-        """Return the first instant of each run of labels (T,) and the one after its last [s]."""
-        return tuple((self.start_s + start / FPS, self.start_s + stop / FPS) for start, stop in true_spans(labels).tolist())
 
 
 def _pose_key(edits: Edits) -> Hashable:
