@@ -13,6 +13,7 @@ from datasets.library.motion_library import MotionLibrary
 from datasets.library.sources import ROUGH_GROUND_KINDS, load_clips
 from datasets.motion.clip import FPS, BodyMotion
 from datasets.motion.generalised_positions import qpos_to_motion
+from envs.argument_checks import check_names
 from envs.mimic.spec import (
     DEVIATION_DISCOUNT_OFFSET,
     DEVIATION_DISCOUNT_SLOPE_PER_M,
@@ -24,7 +25,7 @@ from envs.mimic.spec import (
 )
 from envs.physics.engine_interface import FRAMES_PER_STEP
 from envs.rendering import VIEWS, HumanoidView, check_render_mode
-from envs.vector_env import AdaptMimicVectorEnv, check_names
+from envs.vector_env import AdaptMimicVectorEnv
 
 SPEC_FIELDS = tuple(field.name for field in fields(MimicSpec))
 
