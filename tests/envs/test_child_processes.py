@@ -39,7 +39,7 @@ def perform(env: Any, begin: int) -> tuple[list[Any], Any]:
         steps.append(env.step(action))
         if isinstance(env, gymnasium.Env) and (steps[-1][2] or steps[-1][3]):
             steps.append(env.reset())
-    batch = getattr(env.unwrapped, "batch", env.unwrapped)
+    batch: Any = getattr(env.unwrapped, "batch", env.unwrapped)
     return steps, batch.get_state()["random"]
 
 
@@ -61,7 +61,7 @@ def test_envs_go_on_exactly_in_a_child_process(library: MotionLibrary, method: s
         for action in actions(env)[:20]:
             if any(np.any(end) for end in env.step(action)[2:4]) and isinstance(env, gymnasium.Env):
                 env.reset()
-    context = multiprocessing.get_context(method)
+    context: Any = multiprocessing.get_context(method)
     ours, theirs = context.Pipe()
     child = context.Process(target=perform_all, args=(begun, makers, theirs))
     child.start()
