@@ -63,22 +63,28 @@ def test_rsl_rl() -> None:
 @pytest.mark.filterwarnings("ignore")  # Ray and TorchRL warn of themselves
 @pytest.mark.parametrize("library", LIBRARIES)
 def test_the_return_rises(library: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    ended_at: list[int] = []  # control steps of all worlds
     returns: list[float] = []
+    steps = 0
     running: dict[AdaptMimicVectorEnv, np.ndarray] = {}
     step = AdaptMimicVectorEnv.step
 
     def recorded(env: AdaptMimicVectorEnv, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        nonlocal steps
         result = step(env, actions)
+        steps += env.num_envs
         sums = running.setdefault(env, np.zeros(env.num_envs))
         sums += result[1]
         ended = result[2] | result[3]
         returns.extend(sums[ended])
+        ended_at.extend(int(ended.sum()) * [steps])
         sums[ended] = 0.0
         return result
 
     monkeypatch.setattr(AdaptMimicVectorEnv, "step", recorded)
     torch.manual_seed(0)
     run_example(library, 200_000)
-    first, last = np.mean(returns[:400]), np.mean(returns[-200:])
-    print(f"{library}: mean return of the first 400 episodes {first:.0f}, of the last 200 {last:.0f}")
-    assert last > 1.5 * first
+    tenth = np.array(ended_at) * 10 // (steps + 1)
+    first, last = (float(np.mean(np.array(returns)[tenth == part])) for part in (0, 9))
+    print(f"{library}: mean return of the episodes that end in the first tenth of {steps} steps {first:.0f}, in the last {last:.0f}")
+    assert last > 1.2 * first
