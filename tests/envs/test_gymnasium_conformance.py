@@ -195,7 +195,6 @@ def test_envs_close_twice_and_even_where_nothing_began(library: MotionLibrary) -
         wrappers.NormalizeObservation,
         wrappers.NormalizeReward,
         wrappers.RecordEpisodeStatistics,
-        lambda env: wrappers.RepeatAction(env, 2),
         lambda env: wrappers.RescaleAction(env, np.float32(-2.0), np.float32(2.0)),
         lambda env: wrappers.ReshapeObservation(env, (21, 13)),
         lambda env: wrappers.StickyAction(env, 0.5),
