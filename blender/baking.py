@@ -1,0 +1,148 @@
+"""A cleaned motion as a new action beside the old one: keys in every frame of the bones that move otherwise, all else as it was."""
+
+from collections.abc import Generator, Iterator
+from typing import Any
+
+import bpy  # type: ignore[import-not-found]  # Blender's own module
+import numpy as np
+from mathutils import Euler, Matrix  # type: ignore[import-not-found]  # comes with Blender
+
+from .armature_sampling import active_constraints, slot_bags
+from .bvh_motion import ArmatureMotion
+
+LINEAR = 1  # Blender's number of the interpolation
+MAX_PLACE_RATIO = 1e-5  # of the skeleton's extent, up to which a bone's location is as it was
+SUFFIX = " clean"
+
+BoneKeys = dict[str, np.ndarray]  # property of a pose bone -> its values (T, 1 to 4)
+
+
+def bone_keys(armature: Any, motion: ArmatureMotion, poses: np.ndarray, bone: int) -> BoneKeys:
+    """Return the rotation of a pose bone in its own rotation mode, and its location where it has one of its own.
+
+    Args:
+        armature: The armature.
+        motion: Its motion as recorded.
+        poses: New poses of all bones in the armature's space, shape (T, B, 4, 4).
+        bone: Index of the bone.
+    """
+    pose_bone = armature.pose.bones[motion.names[bone]]
+    own, above = pose_bone.bone, motion.parents[bone]
+    bases = []
+    for frame in range(len(poses)):
+        parent = {"parent_matrix": Matrix(poses[frame, above]), "parent_matrix_local": own.parent.matrix_local} if above >= 0 else {}
+        bases.append(own.convert_local_to_pose(Matrix(poses[frame, bone]), own.matrix_local, invert=True, **parent))
+    turns = [basis.to_quaternion() for basis in bases]
+    keys = _rotation_keys(turns, pose_bone.rotation_mode)
+    places = np.array([basis.to_translation() for basis in bases])
+    extent = float(np.ptp(motion.rest[:, :3, 3], axis=0).max())
+    moved = np.abs(places - np.array(pose_bone.location)).max() > MAX_PLACE_RATIO * extent
+    if not (own.use_connect and above >= 0) and (moved or _has_curves(armature, pose_bone, "location")):
+        keys["location"] = places
+    return keys
+
+
+def _rotation_keys(turns: list[Any], mode: str) -> BoneKeys:
+    """Return rotations, quaternions of Blender's, as keys of a rotation mode that do not jump from one turn to the next."""
+    if mode == "QUATERNION":
+        values = np.array(turns)
+        values[1:] *= _signs(values)
+        return {"rotation_quaternion": values}
+    if mode == "AXIS_ANGLE":
+        values = np.array(turns)
+        values[1:] *= _signs(values)
+        halves = np.linalg.norm(values[:, 1:], axis=1)
+        still = halves < 1e-9
+        axes = np.where(still[:, None], (0.0, 1.0, 0.0), values[:, 1:] / np.maximum(halves, 1e-30)[:, None])
+        angles = 2.0 * np.arctan2(halves, values[:, 0])
+        flips = np.where(np.sum(axes[1:] * axes[:-1], axis=1) < 0.0, -1.0, 1.0)
+        signs = np.concatenate([[1.0], np.cumprod(flips)])
+        return {"rotation_axis_angle": np.column_stack([np.unwrap(signs * angles), signs[:, None] * axes])}
+    angles, last = [], Euler((0.0, 0.0, 0.0), mode)
+    for turn in turns:
+        last = turn.to_euler(mode, last)
+        angles.append(tuple(last))
+    return {"rotation_euler": np.array(angles)}
+
+
+def _signs(quaternions: np.ndarray) -> np.ndarray:
+    """Return the signs (T - 1, 1) that keep quaternions from jumping: one and its negative are one rotation, but not between two keys."""
+    return np.cumprod(np.where(np.sum(quaternions[1:] * quaternions[:-1], axis=1) < 0.0, -1.0, 1.0))[:, None]
+
+
+def all_bone_keys(
+    armature: Any, motion: ArmatureMotion, poses: np.ndarray, keyed: np.ndarray
+) -> Generator[float, None, dict[str, BoneKeys]]:
+    """Return the keys of all bones that are keyed, by their names; yield again and again the share that is done."""
+    found, wanted = {}, np.flatnonzero(keyed).tolist()
+    for done, bone in enumerate(wanted, start=1):
+        found[motion.names[bone]] = bone_keys(armature, motion, poses, bone)
+        yield done / len(wanted)
+    return found
+
+
+def add_action(armature: Any, first_frame: int, keys: dict[str, BoneKeys]) -> Any:
+    """Give an armature a copy of its action in which some bones have keys of their own in every frame; return it.
+
+    The old action stays as it is, and in the file. Constraints of bones that are keyed have no influence in the new one.
+    """
+    animation = armature.animation_data
+    old, slot = animation.action, animation.action_slot
+    new = old.copy()
+    new.name = f"{old.name}{SUFFIX}"
+    old.use_fake_user = True
+    new_slot = new.slots[slot.identifier]
+    for name, properties in keys.items():
+        path = armature.pose.bones[name].path_from_id()
+        for kind, values in properties.items():
+            _replace_curves(new, new_slot, name, f"{path}.{kind}", first_frame, values)
+        for constraint in active_constraints(armature.pose.bones[name]):
+            influence = constraint.path_from_id("influence")
+            _replace_curves(new, new_slot, name, influence, first_frame, np.zeros((1, 1)))
+    animation.action, animation.action_slot = new, new_slot
+    return new
+
+
+def _has_curves(armature: Any, pose_bone: Any, kind: str) -> bool:
+    """Return whether a property of a pose bone is animated in the armature's action."""
+    animation, path = armature.animation_data, pose_bone.path_from_id(kind)
+    return any(bag.fcurves.find(path, index=axis) for bag in slot_bags(animation.action, animation.action_slot) for axis in range(3))
+
+
+def _replace_curves(action: Any, slot: Any, bone: str, path: str, first_frame: int, values: np.ndarray) -> None:
+    """Replace the F-curves of a bone's property by keys at consecutive frames, values (T, k); the group stays."""
+    bags, group = slot_bags(action, slot), bone
+    for bag, curve in list(_curves_of(bags, path)):
+        group = curve.group.name if curve.group else bone
+        bag.fcurves.remove(curve)
+    times = first_frame + np.arange(len(values))
+    for axis in range(values.shape[1]):
+        curve = bags[0].fcurves.new(path, index=axis)
+        curve.group = bags[0].groups.get(group) or bags[0].groups.new(group)
+        curve.keyframe_points.add(len(times))
+        curve.keyframe_points.foreach_set("co", np.stack([times, values[:, axis]], axis=1).astype(np.float32).ravel())
+        curve.keyframe_points.foreach_set("interpolation", np.full(len(times), LINEAR, dtype=np.int32))
+        curve.update()
+
+
+def _curves_of(bags: list[Any], path: str) -> Iterator[tuple[Any, Any]]:
+    return ((bag, curve) for bag in bags for curve in bag.fcurves if curve.data_path == path)
+
+
+def set_markers(action: Any, markers: list[tuple[int, str]], ours: frozenset[str]) -> None:
+    """Put markers, each a frame and a name, on an action, instead of those that an earlier cleaning left there.
+
+    Args:
+        action: The action.
+        markers: Frames and names.
+        ours: Names of all markers that a cleaning makes.
+    """
+    for marker in [marker for marker in action.pose_markers if marker.name in ours]:
+        action.pose_markers.remove(marker)
+    for frame, name in markers:
+        action.pose_markers.new(name).frame = frame
+
+
+def update_view() -> None:
+    """Have Blender evaluate the scene with what was changed."""
+    bpy.context.view_layer.update()
