@@ -1,6 +1,6 @@
 """Blender add-on: cleans the motion of an armature by the command ``adapt-mimic``, which runs in a process of its own.
 
-The modules without ``bpy`` in them (``rotations``, ``bvh_motion``, ``bvh_text``, ``command``, ``events``) are imported without Blender, too.
+Modules without ``bpy`` in them are imported without Blender, too: ``rotations``, ``bvh_motion``, ``bvh_text``, ``command``, ``events``.
 """
 
 

@@ -1,6 +1,7 @@
 """The evaluated poses of an armature over the frames of its action, read in a scene of its own, so that the user's does not move."""
 
-from collections.abc import Generator, Iterator
+import time
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -108,27 +109,39 @@ def sampling_scene(armature: Any) -> Iterator[Any]:
         bpy.data.scenes.remove(scene)
 
 
-def sample_frames(armature: Any, names: list[str], frames: range) -> tuple[np.ndarray, np.ndarray]:
-    """Return the evaluated poses of bones (T, B, 4, 4) in the armature's space, and the armature's in the world (T, 4, 4)."""
+def sample_frames(armature: Any, names: list[str], frames: Sequence[int], seconds: float = float("inf")) -> tuple[np.ndarray, np.ndarray]:
+    """Return the evaluated poses of bones in the armature's space, and the armature's in the world.
+
+    Args:
+        armature: The armature.
+        names: Names of B bones.
+        frames: Frames of the scene.
+        seconds: Time after which no other frame is begun [s].
+
+    Returns:
+        Poses (T, B, 4, 4) and places (T, 4, 4) of as many of the frames as there was time for, of one at least.
+    """
     place = {name: index for index, name in enumerate(armature.pose.bones.keys())}
     order, flat = [place[name] for name in names], np.empty(len(place) * 16, dtype=np.float32)
-    poses, places = np.empty((len(frames), len(names), 16), dtype=np.float32), np.empty((len(frames), 4, 4))
+    poses, places, end = [], [], time.monotonic() + seconds
     with sampling_scene(armature) as scene:
-        for index, frame in enumerate(frames):
+        for frame in frames:
             scene.frame_set(frame)
             evaluated = armature.evaluated_get(scene.view_layers[0].depsgraph)
             evaluated.pose.bones.foreach_get("matrix", flat)
-            poses[index] = flat.reshape(-1, 16)[order]
-            places[index] = evaluated.matrix_world
-    return poses.reshape(*poses.shape[:2], 4, 4).swapaxes(-1, -2), places  # Blender's flat matrices are column by column
+            poses.append(flat.reshape(-1, 4, 4)[order].swapaxes(-1, -2))  # Blender's flat matrices are column by column
+            places.append(np.array(evaluated.matrix_world))
+            if time.monotonic() > end:
+                break
+    return np.array(poses), np.array(places)
 
 
-def sample_motion(armature: Any, frames_at_once: int) -> Generator[float, None, ArmatureMotion]:
+def sample_motion(armature: Any, seconds: float) -> Generator[float, None, ArmatureMotion]:
     """Sample an armature's motion at its scene's frame rate over its action; yield again and again the share that is done.
 
     Args:
         armature: Object that ``check_armature`` passed.
-        frames_at_once: Frames between two moments at which the user may do something else.
+        seconds: Time between two moments at which the user may do something else [s].
     """
     bones, render = depth_first(armature), bpy.context.scene.render
     names, uid = [bone.name for bone in bones], armature.session_uid
@@ -145,11 +158,11 @@ def sample_motion(armature: Any, frames_at_once: int) -> Generator[float, None, 
         "fps": render.fps / render.fps_base,
         "first_frame": first,
     }
-    parts = []
-    for start in range(first, last + 1, frames_at_once):
-        frames = range(start, min(start + frames_at_once, last + 1))
-        parts.append(sample_frames(find_armature(uid), names, frames))
-        yield (frames.stop - first) / (last + 1 - first)
+    parts, frame = [], first
+    while frame <= last:
+        parts.append(sample_frames(find_armature(uid), names, range(frame, last + 1), seconds))
+        frame += len(parts[-1][0])
+        yield (frame - first) / (last + 1 - first)
     poses, places = (np.concatenate(tables) for tables in zip(*parts, strict=True))
     return ArmatureMotion(poses=poses, places=places, **told)
 

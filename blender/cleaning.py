@@ -19,7 +19,7 @@ from .command import CommandProcess, cleaning_arguments
 from .events import MARKERS, CleaningEvents, Notice, frame_at, marker_times
 from .rotations import nearest_rotations
 
-FRAMES_AT_ONCE = 20
+SAMPLING_S = 0.2  # between two moments at which the user may do something else: more often costs more, as Blender's scenes change each time
 POLL_S = 0.1  # between two looks at the command
 MAX_CHECKED_FRAMES = 20
 MAX_PLACE_ERROR_RATIO, MAX_TURN_ERROR_DEG = 6e-4, 0.1  # of the skeleton's extent, a millimetre of a person, and degrees
@@ -62,8 +62,9 @@ class Cleaning:
         Raises:
             AddonError: If it cannot be done; nothing has changed then.
         """
-        for self.status in self._steps():
-            yield self.status
+        for status in self._steps():
+            self.status = status
+            yield status
 
     def stop(self) -> None:
         """Stop the command and take its files away."""
@@ -75,7 +76,7 @@ class Cleaning:
     def _steps(self) -> Generator[Status, None, None]:
         self._folder = Path(tempfile.mkdtemp(prefix="adapt-mimic-"))
         source, out = self._folder / "motion.bvh", self._folder / "clean.bvh"
-        motion = yield from _reported("Reading the action", 0.0, 0.05, sample_motion(find_armature(self.uid), FRAMES_AT_ONCE))
+        motion = yield from _reported("Reading the action", 0.0, 0.05, sample_motion(find_armature(self.uid), SAMPLING_S))
         hierarchy, values = to_channels(motion)
         before = np.round(values, DECIMALS)  # as they are written
         yield from _reported("Handing it over", 0.05, 0.08, write_bvh(source, hierarchy, before, motion.fps))
@@ -144,8 +145,7 @@ def _influences(armature: Any, bones: list[str]) -> list[tuple[str, float]]:
 def _astray(armature: Any, motion: ArmatureMotion, poses: np.ndarray) -> list[Notice]:
     """Return a notice of bones that the new action does not put where they should be."""
     picked = np.unique(np.linspace(0, len(poses) - 1, MAX_CHECKED_FRAMES).astype(int))
-    found = [sample_frames(armature, list(motion.names), range(frame, frame + 1))[0][0] for frame in picked + motion.first_frame]
-    wanted, real = poses[picked], np.array(found, dtype=float)
+    wanted, (real, _) = poses[picked], sample_frames(armature, list(motion.names), (picked + motion.first_frame).tolist())
     extent = float(np.ptp(motion.rest[:, :3, 3], axis=0).max())
     gaps = np.linalg.norm(wanted[..., :3, 3] - real[..., :3, 3], axis=-1).max(axis=0) / extent
     turned = nearest_rotations(wanted[..., :3, :3]).swapaxes(-1, -2) @ nearest_rotations(real[..., :3, :3])

@@ -10,6 +10,7 @@ from pathlib import Path
 from .addon_error import AddonError
 
 COMMAND = "adapt-mimic"
+QUALITIES, STAGES = ("fast", "good", "best"), ("restore", "physics")  # the command's own words
 BLENDERS_OWN = ("PYTHONHOME", "PYTHONPATH", "PYTHONSTARTUP")  # of the environment, where they would lead the command's Python astray
 MAX_REASON = 300  # characters of what the command says where it fails
 STOPPING_S = 5.0  # after which a command that was asked to stop is stopped
@@ -29,9 +30,7 @@ def find_command(given: str) -> str:
         return found
     if given.strip():
         raise AddonError(f"{given.strip()}, the command in the add-on's preferences, is no program; give the path of {COMMAND}")
-    raise AddonError(
-        f"{COMMAND} is not on the PATH; install it with 'pip install adapt-mimic', or give its path in the add-on's preferences"
-    )
+    raise AddonError(f"{COMMAND} is not on the PATH; install the package, or give the command's path in the add-on's preferences")
 
 
 def cleaning_arguments(command: str, source: Path, out: Path, quality: str, without: Collection[str]) -> list[str]:

@@ -11,7 +11,7 @@ import bpy  # type: ignore[import-not-found]  # Blender's own module
 from .addon_error import AddonError
 from .armature_sampling import MODES
 from .cleaning import Cleaning, Status, run_for, run_to_the_end
-from .command import find_command
+from .command import STAGES, find_command
 from .properties import command_in_preferences
 
 TICK_S = 0.1  # between two turns of a cleaning
@@ -102,7 +102,7 @@ class ADAPT_MIMIC_OT_clean(bpy.types.Operator):  # noqa: N801  # Blender's way t
     def _new_cleaning(self, context: bpy.types.Context) -> Cleaning:
         """Return a cleaning of the active armature with the scene's settings."""
         settings = context.scene.adapt_mimic
-        without = [stage for stage in ("restore", "physics") if not getattr(settings, stage)]
+        without = [stage for stage in STAGES if not getattr(settings, stage)]
         return Cleaning(selected_armature(context), find_command(command_in_preferences()), settings.quality, without)
 
     def _clear(self, context: bpy.types.Context) -> None:

@@ -5,13 +5,10 @@
 
 import bpy  # type: ignore[import-not-found]  # Blender's own module
 
-from .command import COMMAND
+from .command import COMMAND, QUALITIES
 
-QUALITIES = (
-    ("fast", "Fast", "A short search, about as long as the clip on two cores"),
-    ("good", "Good", "Three times as long"),
-    ("best", "Best", "Ten times as long"),
-)
+SEARCHES = ("A short search: on two cores about as long as the clip", "A search about three times as long", "One ten times as long")
+ITEMS = [(quality, quality.capitalize(), search) for quality, search in zip(QUALITIES, SEARCHES, strict=True)]
 
 
 class AdaptMimicPreferences(bpy.types.AddonPreferences):
@@ -33,7 +30,7 @@ class AdaptMimicPreferences(bpy.types.AddonPreferences):
 class AdaptMimicSettings(bpy.types.PropertyGroup):
     """Switches of a cleaning, in the scene."""
 
-    quality: bpy.props.EnumProperty(name="Quality", description="How long the simulation searches", items=QUALITIES, default="good")
+    quality: bpy.props.EnumProperty(name="Quality", description="How long the simulation searches", items=ITEMS, default="good")
     restore: bpy.props.BoolProperty(name="Restore poses", description="Take a suit's faults out of the poses", default=True)
     physics: bpy.props.BoolProperty(name="Physics", description="Let a simulated body perform the clip", default=True)
 
