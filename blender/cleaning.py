@@ -15,7 +15,7 @@ from .armature_sampling import MODES, active_constraints, check_armature, find_a
 from .baking import add_action, all_bone_keys, set_markers, update_view
 from .bvh_motion import ArmatureMotion, changed_poses, to_channels
 from .bvh_text import DECIMALS, read_values, write_bvh
-from .command import CommandProcess, cleaning_arguments
+from .command import CleaningCall, CommandProcess, cleaning_arguments
 from .events import MARKERS, CleaningEvents, Notice, frame_at, marker_times
 from .rotations import nearest_rotations
 
@@ -36,23 +36,22 @@ class Status(NamedTuple):
 class Cleaning:
     """A cleaning of an armature's action."""
 
-    def __init__(self, armature: Any, command: str, quality: str, without: list[str]) -> None:
+    def __init__(self, armature: Any, call: CleaningCall) -> None:
         """Check the armature.
 
         Args:
             armature: Object with the action to clean.
-            command: Path of the command.
-            quality: Quality of the search.
-            without: Stages to leave out.
+            call: How it is to be cleaned.
 
         Raises:
             AddonError: If it cannot be cleaned.
         """
         check_armature(armature)
         self.uid, self.action_uid = armature.session_uid, armature.animation_data.action.session_uid
-        self._call = (command, quality, without)
+        self._call, self._name = call, armature.name
         self.events = CleaningEvents()
         self.status = Status("Reading the action", 0.0)
+        self.draft: Path | None = None  # of the joints' names, where they are not found
         self._folder: Path | None = None
         self._process: CommandProcess | None = None
 
@@ -94,8 +93,7 @@ class Cleaning:
 
     def _run_command(self, source: Path, out: Path) -> Generator[Status, None, None]:
         """Run the command on a file, and yield how far it is until it has ended."""
-        command, quality, without = self._call
-        self._process = CommandProcess(cleaning_arguments(command, source, out, quality, without), source.parent)
+        self._process = CommandProcess(cleaning_arguments(self._call, source, out), source.parent)
         code = None
         while code is None:
             code = self._process.exit_code()  # first: what it says after its end is nothing
@@ -105,8 +103,13 @@ class Cleaning:
             told = f"{self.events.stage[:1].upper()}{self.events.stage[1:]}" + (f", {left:.0f} s left" if left is not None else "")
             yield Status(told, 0.08 + 0.82 * self.events.share, waits=code is None)
         if code or not out.is_file():
-            said = self.events.error or self._process.complaint()
-            raise AddonError(said.replace(str(source), "The action").replace(source.name, "the action"))
+            said = (self.events.error or self._process.complaint()).replace(str(source), "The action")
+            draft = next(source.parent.glob("*.mapping.yaml"), None)
+            if draft is None:
+                raise AddonError(said)
+            self.draft = keep_draft(draft, self._name)
+            told = said.partition("; name them")[0]  # then it says how to call the command
+            raise AddonError(f"{told}; set their names right in {self.draft}, a draft of Joint Names, and clean again")
 
     def _finish(self, armature: Any, motion: ArmatureMotion, poses: np.ndarray, keys: dict[str, dict[str, np.ndarray]]) -> None:
         """Give the armature the new action, with markers and what was found."""
@@ -170,6 +173,15 @@ def _keep(action: Any, source: Any, summary: str, notices: list[Notice], motion:
     for path, influence in held:
         one = kept.constraints.add()
         one.path, one.influence = path, influence
+
+
+def keep_draft(draft: Path, name: str) -> Path:
+    """Copy a draft of a skeleton's joint names to where it stays, for an armature of some name; return the copy."""
+    package = str(__package__)
+    installed = package.startswith("bl_ext.")  # otherwise it runs from the checkout
+    folder = Path(bpy.utils.extension_path_user(package, create=True) if installed else bpy.app.tempdir)
+    kept = "".join(letter if letter.isalnum() else "_" for letter in name)
+    return Path(shutil.copy(draft, folder / f"{kept}.mapping.yaml"))
 
 
 def run_to_the_end(cleaning: Cleaning) -> None:

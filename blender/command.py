@@ -4,7 +4,8 @@ import os
 import shutil
 import signal
 import subprocess
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from .addon_error import AddonError
@@ -33,20 +34,36 @@ def find_command(given: str) -> str:
     raise AddonError(f"{COMMAND} is not on the PATH; install the package, or give the command's path in the add-on's preferences")
 
 
-def cleaning_arguments(command: str, source: Path, out: Path, quality: str, without: Collection[str]) -> list[str]:
-    """Return the words of the call that cleans a file.
+@dataclass(frozen=True)
+class CleaningCall:
+    """How a clip is to be cleaned.
 
-    Args:
+    Attributes:
         command: Path of the command.
-        source: BVH file, Z up as Blender's world.
-        out: BVH file to write.
         quality: Quality of the search.
         without: Stages to leave out.
+        mapping: Path of a file that names the joints; empty where they are found.
+    """
+
+    command: str
+    quality: str
+    without: tuple[str, ...] = ()
+    mapping: str = ""
+
+
+def cleaning_arguments(call: CleaningCall, source: Path, out: Path) -> list[str]:
+    """Return the words that clean a file.
+
+    Args:
+        call: How it is to be cleaned.
+        source: BVH file, Z up as Blender's world.
+        out: BVH file to write.
     """
     threads = max((os.cpu_count() or 1) - 1, 1)  # one core is Blender's
-    left_out = [word for stage in without for word in ("--without", stage)]
-    options = ["--quality", quality, *left_out, "--up", "z", "--threads", str(threads), "--json"]
-    return [command, "clean", str(source), "--out", str(out), *options]
+    left_out = [word for stage in call.without for word in ("--without", stage)]
+    named = ["--mapping", call.mapping] if call.mapping else []
+    options = ["--quality", call.quality, *left_out, *named, "--up", "z", "--threads", str(threads), "--json"]
+    return [call.command, "clean", str(source), "--out", str(out), *options]
 
 
 def command_environment(environment: Mapping[str, str]) -> dict[str, str]:

@@ -11,7 +11,7 @@ import bpy  # type: ignore[import-not-found]  # Blender's own module
 from .addon_error import AddonError
 from .armature_sampling import MODES
 from .cleaning import Cleaning, Status, run_for, run_to_the_end
-from .command import STAGES, find_command
+from .command import STAGES, CleaningCall, find_command
 from .properties import command_in_preferences
 
 TICK_S = 0.1  # between two turns of a cleaning
@@ -56,19 +56,18 @@ class ADAPT_MIMIC_OT_clean(bpy.types.Operator):  # noqa: N801  # Blender's way t
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Clean and return when it is done, as for scripts."""
         try:
-            Running.error = ""
-            run_to_the_end(self._new_cleaning(context))
+            self._cleaning = new_cleaning(context)
+            run_to_the_end(self._cleaning)
         except AddonError as error:
-            return self._fail(error)
+            return self._fail(context, error)
         return self._done(context)
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         """Begin to clean; Blender calls ``modal`` from then on."""
         try:
-            Running.error = ""
-            Running.cleaning = self._cleaning = self._new_cleaning(context)
+            Running.cleaning = self._cleaning = new_cleaning(context)
         except AddonError as error:
-            return self._fail(error)
+            return self._fail(context, error)
         self._steps = self._cleaning.steps()
         self._timer = context.window_manager.event_timer_add(TICK_S, window=context.window)
         context.window_manager.modal_handler_add(self)
@@ -85,7 +84,7 @@ class ADAPT_MIMIC_OT_clean(bpy.types.Operator):  # noqa: N801  # Blender's way t
             done = run_for(self._steps, TURN_S)
         except AddonError as error:
             self._clear(context)
-            return self._fail(error)
+            return self._fail(context, error)
         except BaseException:
             self._clear(context)
             raise
@@ -99,12 +98,6 @@ class ADAPT_MIMIC_OT_clean(bpy.types.Operator):  # noqa: N801  # Blender's way t
         """Stop the cleaning, which Blender asks for where another file is opened or it ends."""
         self._clear(context)
 
-    def _new_cleaning(self, context: bpy.types.Context) -> Cleaning:
-        """Return a cleaning of the active armature with the scene's settings."""
-        settings = context.scene.adapt_mimic
-        without = [stage for stage in STAGES if not getattr(settings, stage)]
-        return Cleaning(selected_armature(context), find_command(command_in_preferences()), settings.quality, without)
-
     def _clear(self, context: bpy.types.Context) -> None:
         if self._timer:
             context.window_manager.event_timer_remove(self._timer)
@@ -113,8 +106,10 @@ class ADAPT_MIMIC_OT_clean(bpy.types.Operator):  # noqa: N801  # Blender's way t
             stop_running()
         redraw(context)
 
-    def _fail(self, error: AddonError) -> set[str]:
+    def _fail(self, context: bpy.types.Context, error: AddonError) -> set[str]:
         Running.error = str(error)
+        if self._cleaning and self._cleaning.draft:
+            context.scene.adapt_mimic.mapping = str(self._cleaning.draft)
         self.report({"ERROR"}, Running.error)
         return {"CANCELLED"}
 
@@ -184,6 +179,20 @@ class ADAPT_MIMIC_OT_go_to(bpy.types.Operator):  # noqa: N801
         """Set the scene's frame."""
         context.scene.frame_set(self.frame)
         return {"FINISHED"}
+
+
+def new_cleaning(context: Any) -> Cleaning:
+    """Return a cleaning of the active armature with the scene's settings.
+
+    Raises:
+        AddonError: If the armature cannot be cleaned, or the command is not there.
+    """
+    Running.error = ""
+    settings = context.scene.adapt_mimic
+    without = tuple(stage for stage in STAGES if not getattr(settings, stage))
+    mapping = bpy.path.abspath(settings.mapping) if settings.mapping else ""
+    call = CleaningCall(find_command(command_in_preferences()), settings.quality, without, mapping)
+    return Cleaning(selected_armature(context), call)
 
 
 def counterpart(action: Any) -> Any:

@@ -33,6 +33,11 @@ class AdaptMimicSettings(bpy.types.PropertyGroup):
     quality: bpy.props.EnumProperty(name="Quality", description="How long the simulation searches", items=ITEMS, default="good")
     restore: bpy.props.BoolProperty(name="Restore poses", description="Take a suit's faults out of the poses", default=True)
     physics: bpy.props.BoolProperty(name="Physics", description="Let a simulated body perform the clip", default=True)
+    mapping: bpy.props.StringProperty(
+        name="Joint Names",
+        description="YAML file that names the joints, as in 'thigh_l: LeftUpLeg', where they are not found by their own names",
+        subtype="FILE_PATH",
+    )
 
 
 class AdaptMimicNotice(bpy.types.PropertyGroup):

@@ -8,6 +8,7 @@ import sys
 import time
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import bpy  # type: ignore[import-not-found]
 import numpy as np
@@ -51,7 +52,7 @@ def build(folder: Path, scenario: dict) -> bpy.types.Object:
     return armature
 
 
-def curves(armature: bpy.types.Object, action: bpy.types.Action | None = None) -> list:
+def curves(armature: Any, action: Any = None) -> list:
     """Return the F-curves of an action, of the armature's own if None."""
     action = action or armature.animation_data.action
     return [curve for layer in action.layers for strip in layer.strips for bag in strip.channelbags for curve in bag.fcurves]
@@ -147,7 +148,7 @@ def run_modal(armature: bpy.types.Object, cancel: bool) -> dict:
         cancel: Whether to press Cancel once the command runs.
     """
     functions = {name: value for name, value in vars(bpy.types.ADAPT_MIMIC_OT_clean).items() if not name.startswith("__")}
-    operator = type("Clean", (), functions | {"report": lambda _self, kind, text: reports.append([sorted(kind)[0], text])})()
+    operator: Any = type("Clean", (), functions | {"report": lambda _self, kind, text: reports.append([sorted(kind)[0], text])})()
     reports: list = []
     window = Window()
     context = SimpleNamespace(window_manager=window, window=None, scene=bpy.context.scene, object=armature)
@@ -182,7 +183,7 @@ def main(folder: Path) -> None:
         setattr(bpy.context.scene.adapt_mimic, attribute, value)
     exec(scenario.get("prepare", ""), {"bpy": bpy, "armature": armature, "Matrix": Matrix})
     modal = scenario.get("modal")
-    facts = run_modal(armature, modal == "cancel") if modal else {"said": clean()}
+    facts: dict[str, Any] = run_modal(armature, modal == "cancel") if modal else {"said": clean()}
     facts |= {"scenes": len(bpy.data.scenes), "modes": sorted({bone.rotation_mode for bone in armature.pose.bones})}
     recorded, action = bpy.data.actions[old_name], armature.animation_data.action
     if action not in (recorded, None):

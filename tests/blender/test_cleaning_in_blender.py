@@ -167,6 +167,17 @@ def test_the_commands_own_line_is_told(tmp_path: Path) -> None:
     assert "undone" not in facts  # no new action
 
 
+def test_a_draft_of_joint_names_stays_and_is_chosen(tmp_path: Path) -> None:
+    facts = play(tmp_path, environment={"STAND_IN_FAILS": "{}: no joint found for pelvis; name them in a mapping file, a line each"})
+    (chosen,) = [Path(line.removeprefix("mapping=")) for line in facts["panel"] if line.startswith("mapping=")]
+    assert (
+        facts["said"]
+        == f"Error: The action: no joint found for pelvis; set their names right in {chosen}, a draft of Joint Names, and clean again"
+    )
+    assert chosen.name == "Figure.mapping.yaml"
+    assert chosen.read_text() == "pelvis: bone\n"
+
+
 def test_blender_goes_on_while_it_is_cleaned(tmp_path: Path) -> None:
     facts = play(tmp_path, modal="to the end")
     assert facts["answer"] == "FINISHED"

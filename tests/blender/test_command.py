@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from blender.addon_error import AddonError
-from blender.command import COMMAND, QUALITIES, STAGES, CommandProcess, cleaning_arguments, command_environment, find_command
+from blender.command import COMMAND, QUALITIES, STAGES, CleaningCall, CommandProcess, cleaning_arguments, command_environment, find_command
 from eval.clean import cli, pipeline, samcon
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows does not run scripts by their first line")
@@ -45,7 +45,7 @@ def test_it_is_found_on_the_path_or_where_the_preferences_say(tmp_path: Path, mo
 
 
 def test_the_words_are_the_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    words = cleaning_arguments("adapt-mimic", tmp_path / "a.bvh", tmp_path / "b.bvh", "best", STAGES)
+    words = cleaning_arguments(CleaningCall("adapt-mimic", "best", STAGES, "m.yaml"), tmp_path / "a.bvh", tmp_path / "b.bvh")
     assert words[:2] == ["adapt-mimic", "clean"]
     assert (tuple(samcon.QUALITIES), pipeline.STAGES) == (QUALITIES, STAGES)
     understood = []
@@ -53,7 +53,8 @@ def test_the_words_are_the_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert cli.main(words[2:]) == 0
     options = understood[0]
     assert (options.source, options.out) == (tmp_path / "a.bvh", tmp_path / "b.bvh")
-    assert (options.quality, options.without, options.up, options.json) == ("best", list(STAGES), "z", True)
+    assert (options.quality, options.without, options.mapping) == ("best", list(STAGES), Path("m.yaml"))
+    assert (options.up, options.json) == ("z", True)
 
 
 def test_the_environment_is_not_blenders() -> None:

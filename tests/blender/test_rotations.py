@@ -18,7 +18,7 @@ def test_angles_come_about_z_first_then_x_then_y() -> None:
 
 
 def test_every_rotation_comes_back_also_where_x_is_a_right_angle() -> None:
-    turns = Rotation.random(200, rng=1).as_matrix()
+    turns = Rotation.random(200, rng=np.random.default_rng(1)).as_matrix()
     straight = from_angles(np.array([[20.0, 90.0, 0.0], [20.0, -90.0, 30.0], [10.0, 89.9999999, 5.0]]))
     for rotations in (turns, straight):
         np.testing.assert_allclose(from_angles(to_angles(rotations)), rotations, atol=1e-9)
