@@ -91,6 +91,20 @@ def held_bones(armature: Any) -> set[str]:
     return held | {driver.data_path.split('"')[1] for driver in drivers if driver.data_path.startswith(OF_BONES)}
 
 
+def following_bones(armature: Any) -> dict[str, str]:
+    """Return the bones that deform and go where another does, by the name of that other, as those of a rig follow its controls."""
+    found: dict[str, str] = {}
+    for bone in armature.pose.bones:
+        for constraint in active_constraints(bone) if bone.bone.use_deform else ():
+            if (
+                constraint.type == "COPY_TRANSFORMS"
+                and constraint.target == armature
+                and not armature.data.bones[constraint.subtarget].use_deform
+            ):
+                found.setdefault(constraint.subtarget, bone.name)
+    return found
+
+
 def active_constraints(bone: Any) -> list[Any]:
     """Return the constraints of a pose bone that do something."""
     return [constraint for constraint in bone.constraints if not constraint.mute and constraint.influence > 0.0]
@@ -146,12 +160,14 @@ def sample_motion(armature: Any, seconds: float) -> Generator[float, None, Armat
     bones, render = depth_first(armature), bpy.context.scene.render
     names, uid = [bone.name for bone in bones], armature.session_uid
     held, deform = held_bones(armature), any(bone.use_deform for bone in armature.data.bones)
+    followers = {} if not deform else following_bones(armature)
     first, last = frame_span(armature.animation_data)
     told = {
         "armature": armature.name,
         "names": tuple(names),
         "parents": tuple(names.index(bone.parent.name) if bone.parent else -1 for bone in bones),
         "is_joint": np.array([bone.bone.use_deform or not deform for bone in bones]),
+        "stands_for": tuple(names.index(joint) if (joint := followers.get(name)) in names else -1 for name in names),
         "held": np.array([bone.name in held for bone in bones]),
         "rest": np.array([bone.bone.matrix_local for bone in bones]),
         "tails": np.array([bone.bone.tail_local for bone in bones]),

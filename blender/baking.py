@@ -5,41 +5,63 @@ from typing import Any
 
 import bpy  # type: ignore[import-not-found]  # Blender's own module
 import numpy as np
-from mathutils import Euler, Matrix  # type: ignore[import-not-found]  # comes with Blender
+from mathutils import Euler, Matrix, Vector  # type: ignore[import-not-found]  # comes with Blender
 
 from .armature_sampling import active_constraints, slot_bags
 from .bvh_motion import ArmatureMotion
+from .rotations import nearest_rotations
 
 LINEAR = 1  # Blender's number of the interpolation
 MAX_PLACE_RATIO = 1e-5  # of the skeleton's extent, up to which a bone's location is as it was
+MAX_SCALE_CHANGE = 1e-5  # up to which a bone's scale is as it was
 SUFFIX = " clean"
 
 BoneKeys = dict[str, np.ndarray]  # property of a pose bone -> its values (T, 1 to 4)
 
 
-def bone_keys(armature: Any, motion: ArmatureMotion, poses: np.ndarray, bone: int) -> BoneKeys:
-    """Return the rotation of a pose bone in its own rotation mode, and its location where it has one of its own.
+def bone_keys(armature: Any, motion: ArmatureMotion, poses: np.ndarray, bone: int) -> tuple[BoneKeys, np.ndarray]:
+    """Return the keys of a pose bone, and where they put it in the armature's space, shape (T, 4, 4).
+
+    Its rotation is keyed in its own rotation mode, and its location and scale where they are not what they are without keys.
 
     Args:
         armature: The armature.
         motion: Its motion as recorded.
-        poses: New poses of all bones in the armature's space, shape (T, B, 4, 4).
+        poses: New poses of all bones in the armature's space, of those above it as they will be, shape (T, B, 4, 4).
         bone: Index of the bone.
     """
     pose_bone = armature.pose.bones[motion.names[bone]]
-    own, above = pose_bone.bone, motion.parents[bone]
-    bases = []
-    for frame in range(len(poses)):
-        parent = {"parent_matrix": Matrix(poses[frame, above]), "parent_matrix_local": own.parent.matrix_local} if above >= 0 else {}
-        bases.append(own.convert_local_to_pose(Matrix(poses[frame, bone]), own.matrix_local, invert=True, **parent))
-    turns = [basis.to_quaternion() for basis in bases]
-    keys = _rotation_keys(turns, pose_bone.rotation_mode)
-    places = np.array([basis.to_translation() for basis in bases])
+    connected = pose_bone.bone.use_connect and motion.parents[bone] >= 0  # to its parent's end, so that it has no location
+    wanted = _scaled_alike(poses[:, bone]) if motion.held[bone] else poses[:, bone]
+    local = _converted(pose_bone, motion, poses, bone, [Matrix(pose) for pose in wanted], invert=True)
+    bases = [basis.decompose() for basis in local]
+    keys = _rotation_keys([turn for _, turn, _ in bases], pose_bone.rotation_mode)
+    places, scales = np.array([place for place, _, _ in bases]), np.array([scale for _, _, scale in bases])
     extent = float(np.ptp(motion.rest[:, :3, 3], axis=0).max())
     moved = np.abs(places - np.array(pose_bone.location)).max() > MAX_PLACE_RATIO * extent
-    if not (own.use_connect and above >= 0) and (moved or _has_curves(armature, pose_bone, "location")):
+    if not connected and (moved or _has_curves(armature, pose_bone, "location")):
         keys["location"] = places
-    return keys
+    if motion.held[bone] and np.abs(scales - np.array(pose_bone.scale)).max() > MAX_SCALE_CHANGE:  # stretched by a constraint
+        keys["scale"] = scales
+    still = Vector((0.0, 0.0, 0.0)) if connected else None
+    composed = [Matrix.LocRotScale(still or place, turn, scale) for place, turn, scale in bases]
+    return keys, np.array(_converted(pose_bone, motion, poses, bone, composed, invert=False))
+
+
+def _scaled_alike(poses: np.ndarray) -> np.ndarray:
+    """Return poses (T, 4, 4) scaled in every direction as along the bone: stretched, it would shear those below it, which no key can say."""
+    alike, lengths = poses.copy(), np.linalg.norm(poses[:, None, :3, 1], axis=-1, keepdims=True)
+    alike[:, :3, :3] = nearest_rotations(poses[:, :3, [1, 2, 0]])[:, :, [2, 0, 1]] * lengths
+    return alike
+
+
+def _converted(pose_bone: Any, motion: ArmatureMotion, poses: np.ndarray, bone: int, matrices: list[Any], invert: bool) -> list[Any]:
+    """Return a bone's matrices of all frames from its own space to the armature's, or back if ``invert``."""
+    own, above, found = pose_bone.bone, motion.parents[bone], []
+    for frame, matrix in enumerate(matrices):
+        parent = {"parent_matrix": Matrix(poses[frame, above]), "parent_matrix_local": own.parent.matrix_local} if above >= 0 else {}
+        found.append(own.convert_local_to_pose(matrix, own.matrix_local, invert=invert, **parent))
+    return found
 
 
 def _rotation_keys(turns: list[Any], mode: str) -> BoneKeys:
@@ -73,11 +95,18 @@ def _signs(quaternions: np.ndarray) -> np.ndarray:
 def all_bone_keys(
     armature: Any, motion: ArmatureMotion, poses: np.ndarray, keyed: np.ndarray
 ) -> Generator[float, None, dict[str, BoneKeys]]:
-    """Return the keys of all bones that are keyed, by their names; yield again and again the share that is done."""
-    found, wanted = {}, np.flatnonzero(keyed).tolist()
-    for done, bone in enumerate(wanted, start=1):
-        found[motion.names[bone]] = bone_keys(armature, motion, poses, bone)
-        yield done / len(wanted)
+    """Return the keys of all bones that are keyed, by their names; yield again and again the share that is done.
+
+    What a bone's rotation, location and scale cannot say, as shear, is no fault of the bones below it: they start from where it really is.
+    """
+    found, real = {}, poses.copy()
+    for bone in range(len(motion.names)):
+        parent = motion.parents[bone]
+        if keyed[bone]:
+            found[motion.names[bone]], real[:, bone] = bone_keys(armature, motion, real, bone)
+            yield len(found) / keyed.sum()
+        elif parent >= 0 and not motion.held[bone]:
+            real[:, bone] = real[:, parent] @ np.linalg.inv(poses[:, parent]) @ poses[:, bone]
     return found
 
 

@@ -13,6 +13,7 @@ from .rotations import from_angles, nearest_rotations, to_angles
 POSITIONS, ROTATIONS = ("Xposition", "Yposition", "Zposition"), ("Zrotation", "Xrotation", "Yrotation")
 MAX_PLACE_RATIO = 1e-4  # of the skeleton's extent, up to which a joint stays in one place of its parent's frame
 MAX_TAIL_RATIO = 0.2  # of a bone's length, up to which it points at a bone below it
+SAME_PLACE_RATIO, SAME_TURN = 1e-5, 1e-4  # of the skeleton's extent, and of a matrix, up to which two poses are one
 SAME_VALUE = 2e-6  # degrees or world units, up to which a channel is as it was: two in the last decimal that is written
 
 
@@ -25,6 +26,7 @@ class ArmatureMotion:
         names: Names of the bones.
         parents: Index of each bone's parent, -1 for those that have none.
         is_joint: Whether each bone is handed over, shape (B,); those between such bones are known, but stay as they are.
+        stands_for: Index of the joint that follows a bone which is none, as the bones of a rig follow its controls; -1 where none does.
         held: Whether constraints or drivers decide on each bone's pose, shape (B,).
         rest: Rest pose in the armature's space, shape (B, 4, 4).
         tails: Ends of the bones in the rest pose, in the armature's space, shape (B, 3).
@@ -38,6 +40,7 @@ class ArmatureMotion:
     names: tuple[str, ...]
     parents: tuple[int, ...]
     is_joint: np.ndarray
+    stands_for: tuple[int, ...]
     held: np.ndarray
     rest: np.ndarray
     tails: np.ndarray
@@ -142,28 +145,51 @@ def changed_poses(motion: ArmatureMotion, hierarchy: Hierarchy, before: np.ndarr
             world[:, :3, :3] = new_turns[:, joint] @ old_turns[:, joint].swapaxes(-1, -2) @ world[:, :3, :3]
             world[:, :3, 3] += new_places[:, joint] - old_places[:, joint]
             poses[:, bone] = back @ world
-            held = motion.held[bone] and np.abs(poses[:, bone] - motion.poses[:, bone]).max() > MAX_PLACE_RATIO
-            keyed[bone] = moved[joint] or held
-        elif parent >= 0 and not motion.held[bone]:
-            poses[:, bone] = poses[:, parent] @ np.linalg.inv(motion.poses[:, parent].astype(float)) @ motion.poses[:, bone]
+            keyed[bone] = moved[joint] or _differ(motion, poses[:, bone], _without_keys(motion, poses, bone))
+        elif parent >= 0:
+            poses[:, bone] = _without_keys(motion, poses, bone)
     return poses, keyed
 
 
+def _without_keys(motion: ArmatureMotion, poses: np.ndarray, bone: int) -> np.ndarray:
+    """Return where a bone is (T, 4, 4) whose keys stay: with its parent, or as recorded where it has none or is held."""
+    recorded, parent = motion.poses[:, bone].astype(float), motion.parents[bone]
+    if parent < 0 or motion.held[bone]:
+        return recorded
+    return poses[:, parent] @ np.linalg.inv(motion.poses[:, parent].astype(float)) @ recorded
+
+
+def _differ(motion: ArmatureMotion, poses: np.ndarray, others: np.ndarray) -> bool:
+    """Return whether poses (T, 4, 4) differ by more than rounding."""
+    apart, extent = np.abs(poses - others), float(np.ptp(motion.rest[:, :3, 3], axis=0).max())
+    return bool(apart[:, :3, 3].max() > SAME_PLACE_RATIO * extent or apart[:, :3, :3].max() > SAME_TURN)
+
+
 def _joints(motion: ArmatureMotion) -> tuple[tuple[str, ...], tuple[int, ...], tuple[int, ...]]:
-    """Return names, parents and bones of the joints: the armature is one, where several have no parent."""
-    bones = [int(bone) for bone in np.flatnonzero(motion.is_joint)]
-    above = [_nearest_joint(motion, motion.parents[bone]) for bone in bones]
-    if above.count(-1) > 1:
-        parents = [bones.index(bone) + 1 if bone >= 0 else 0 for bone in above]
-        return (motion.armature, *(motion.names[bone] for bone in bones)), (-1, *parents), (-1, *bones)
-    return tuple(motion.names[bone] for bone in bones), tuple(bones.index(bone) if bone >= 0 else -1 for bone in above), tuple(bones)
+    """Return names, parents and bones of the joints, depth first: the armature is one, where several have no parent."""
+    for stands_for in (motion.stands_for, (-1,) * len(motion.names)):
+        above = {int(bone): _nearest_joint(motion, int(bone), stands_for) for bone in np.flatnonzero(motion.is_joint)}
+        bones, waiting = [], [bone for bone in reversed(above) if above[bone] < 0]
+        while waiting:
+            bones.append(waiting.pop())
+            waiting.extend(bone for bone in reversed(above) if above[bone] == bones[-1])
+        if len(bones) == len(above):  # not where rigs follow each other in a circle
+            break
+    place = {bone: joint for joint, bone in enumerate(bones)} | {-1: -1}
+    parents, names = [place[above[bone]] for bone in bones], [motion.names[bone] for bone in bones]
+    if parents.count(-1) > 1:
+        return (motion.armature, *names), (-1, *(parent + 1 for parent in parents)), (-1, *bones)
+    return tuple(names), tuple(parents), tuple(bones)
 
 
-def _nearest_joint(motion: ArmatureMotion, bone: int) -> int:
-    """Return a bone, or the nearest above it, that is a joint; -1 where there is none."""
-    while bone >= 0 and not motion.is_joint[bone]:
-        bone = motion.parents[bone]
-    return bone
+def _nearest_joint(motion: ArmatureMotion, bone: int, stands_for: tuple[int, ...]) -> int:
+    """Return the nearest joint above a bone, or that a bone above it stands for; -1 where there is none."""
+    above = motion.parents[bone]
+    while above >= 0 and not motion.is_joint[above]:
+        if stands_for[above] not in (-1, bone):
+            return stands_for[above]
+        above = motion.parents[above]
+    return above
 
 
 def _rest_points(motion: ArmatureMotion, bones: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:

@@ -22,6 +22,7 @@ from .rotations import nearest_rotations
 SAMPLING_S = 0.2  # between two moments at which the user may do something else: more often costs more, as Blender's scenes change each time
 POLL_S = 0.1  # between two looks at the command
 MAX_CHECKED_FRAMES = 20
+MAX_LISTED = 6  # names in a notice
 MAX_PLACE_ERROR_RATIO, MAX_TURN_ERROR_DEG = 6e-4, 0.1  # of the skeleton's extent, a millimetre of a person, and degrees
 
 
@@ -156,8 +157,14 @@ def _astray(armature: Any, motion: ArmatureMotion, poses: np.ndarray) -> list[No
     wrong = motion.is_joint & ((gaps > MAX_PLACE_ERROR_RATIO) | (angles > MAX_TURN_ERROR_DEG))
     if not wrong.any():
         return []
-    names = ", ".join(np.array(motion.names)[wrong][:8]) + (f" and {wrong.sum() - 8} more" if wrong.sum() > 8 else "")
+    names = listed(np.array(motion.names)[wrong].tolist())
     return [Notice(f"These bones are not where they should be, as constraints or drivers elsewhere hold them: {names}.")]
+
+
+def listed(names: list[str]) -> str:
+    """Return names as a list in a sentence."""
+    more = f" and {len(names) - MAX_LISTED} more" if len(names) > MAX_LISTED else ""
+    return ", ".join(names[:MAX_LISTED]) + more
 
 
 def _keep(action: Any, source: Any, summary: str, notices: list[Notice], motion: ArmatureMotion, held: list[tuple[str, float]]) -> None:

@@ -78,9 +78,7 @@ class CleaningEvents:
 
     def listed(self) -> list[Notice]:
         """Return the notices and the restarts: first those about the whole clip, then the others in the order of time."""
-        restarts = [Notice("The simulation began again from the clip's own state.", time) for time in self.restarts_s]
-        named = {notice.start_s for notice in self.notices if "began again" in notice.text}
-        every = [*self.notices, *(one for one in restarts if one.start_s not in named)]
+        every = [*self.notices, *(Notice("Restart of the simulation", time) for time in self.restarts_s)]
         return sorted(every, key=lambda one: (one.start_s is not None, one.start_s or 0.0))
 
 

@@ -24,7 +24,7 @@ def bowing(**changes: Any) -> ArmatureMotion:
     bowed[:, :3, 3] = [(0, 0, 1), (0, -1, 1)]
     told = {
         "armature": "Rig", "names": ("Low", "High"), "parents": (-1, 0), "is_joint": np.array([True, True]),
-        "held": np.array([False, False]), "rest": rest, "tails": np.array([(0.0, 0.0, 2.0), (0.0, 0.0, 2.5)]),
+        "stands_for": (-1, -1), "held": np.array([False, False]), "rest": rest, "tails": np.array([(0.0, 0.0, 2.0), (0.0, 0.0, 2.5)]),
         "poses": np.array([rest, bowed]), "places": np.array([np.eye(4)] * 2), "fps": 25.0, "first_frame": 7,
     }  # fmt: skip
     return ArmatureMotion(**(told | changes))

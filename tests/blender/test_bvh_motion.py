@@ -63,12 +63,8 @@ def test_a_joint_that_leaves_its_place_has_positions() -> None:
 
 
 def test_bones_that_do_not_deform_are_left_out_and_follow() -> None:
-    three = {
-        "names": ("Low", "Between", "High"),
-        "parents": (-1, 0, 1),
-        "is_joint": np.array([True, False, True]),
-        "held": np.zeros(3, dtype=bool),
-    }
+    joints, held = np.array([True, False, True]), np.zeros(3, dtype=bool)
+    three = {"names": ("Low", "Between", "High"), "parents": (-1, 0, 1), "is_joint": joints, "stands_for": (-1,) * 3, "held": held}
     two = bowing()
     between = np.insert(two.poses, 1, two.poses[:, 0], axis=1)
     tails = np.insert(two.tails, 1, two.tails[0], axis=0)
@@ -92,3 +88,28 @@ def test_invented_ends_of_bones_are_not_told() -> None:
     tails = bowing().rest[:, :3, 3] + (0.3, 0.0, 0.0)  # to the side of the bone above
     hierarchy, _ = to_channels(bowing(tails=tails))
     np.testing.assert_allclose(hierarchy.ends, np.zeros((2, 3)), atol=1e-9)
+
+
+def test_bones_that_follow_controls_hang_where_the_controls_do() -> None:
+    """The lower bone copies a control; the upper one hangs from that control and not from the lower bone, and moves with it."""
+    two, joints, held = bowing(), np.array([False, True, True]), np.array([False, False, True])
+    table = [np.concatenate([part[..., :1, :, :], part[..., 1:, :, :], part[..., :1, :, :]], axis=-3) for part in (two.rest, two.poses)]
+    told = {"names": ("Control", "High", "Low"), "parents": (-1, 0, -1), "is_joint": joints, "stands_for": (2, -1, -1), "held": held}
+    motion = bowing(**told, rest=table[0], poses=table[1], tails=two.tails[[0, 1, 0]])
+    hierarchy, values = to_channels(motion)
+    assert (hierarchy.names, hierarchy.parents, hierarchy.bones) == (("Low", "High"), (-1, 0), (2, 1))
+    assert hierarchy.placed.tolist() == [True, False]
+    poses, keyed = changed_poses(motion, hierarchy, values, values + np.eye(9)[0])
+    assert keyed.tolist() == [False, True, True]
+    np.testing.assert_allclose(poses[:, 1:, 0, 3] - motion.poses[:, 1:, 0, 3], 1.0, atol=1e-9)
+    np.testing.assert_allclose(poses[:, 0], motion.poses[:, 0])  # the control stays
+
+
+def test_bones_that_follow_each_other_in_a_circle_hang_from_their_parents() -> None:
+    motion = bowing(parents=(-1, -1), is_joint=np.array([True, True]))
+    controls = {"names": ("Low", "A", "High", "B"), "parents": (3, -1, 1, -1), "is_joint": np.array([True, False, True, False])}
+    four = [np.repeat(part, 2, axis=-3) for part in (motion.rest, motion.poses)]
+    circle = bowing(
+        **controls, stands_for=(-1, 0, -1, 2), held=np.zeros(4, dtype=bool), rest=four[0], poses=four[1], tails=motion.tails[[0, 0, 1, 1]]
+    )
+    assert to_channels(circle)[0].names == ("Rig", "Low", "High")

@@ -105,7 +105,7 @@ def test_the_new_action_is_the_commands_clip(scenario: dict[str, Any], tmp_path:
     whole = ["Taken for a figure.", "Read with care."]
     timed = [
         ["The left knee was moved.", first + round(0.1 * fps)],
-        ["The simulation began again from the clip's own state.", first + round(0.2 * fps)],
+        ["Restart of the simulation", first + round(0.2 * fps)],
     ]
     assert facts["notices"] == [*([text, None] for text in whole), *timed]
     assert facts["summary"] == "0.5 s cleaned in 1.0 s; 50 % of it is physics, restarted 1 times"

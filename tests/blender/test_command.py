@@ -10,7 +10,7 @@ import pytest
 
 from blender.addon_error import AddonError
 from blender.command import COMMAND, QUALITIES, STAGES, CleaningCall, CommandProcess, cleaning_arguments, command_environment, find_command
-from eval.clean import cli, pipeline, samcon
+from eval.clean import cli, edits, samcon
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows does not run scripts by their first line")
 
@@ -47,9 +47,9 @@ def test_it_is_found_on_the_path_or_where_the_preferences_say(tmp_path: Path, mo
 def test_the_words_are_the_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     words = cleaning_arguments(CleaningCall("adapt-mimic", "best", STAGES, "m.yaml"), tmp_path / "a.bvh", tmp_path / "b.bvh")
     assert words[:2] == ["adapt-mimic", "clean"]
-    assert (tuple(samcon.QUALITIES), pipeline.STAGES) == (QUALITIES, STAGES)
+    assert (tuple(samcon.QUALITIES), edits.STAGES) == (QUALITIES, STAGES)
     understood = []
-    monkeypatch.setattr(cli, "_run", understood.append)
+    monkeypatch.setattr(cli, "_run_with_events", lambda options, _events: understood.append(options))
     assert cli.main(words[2:]) == 0
     options = understood[0]
     assert (options.source, options.out) == (tmp_path / "a.bvh", tmp_path / "b.bvh")

@@ -42,7 +42,7 @@ def test_times_are_frames_of_the_scene(first: int, fps: float, expected: int) ->
 
 def test_notices_of_the_whole_clip_come_first() -> None:
     taken = said({"event": "notice", "text": "Sits.", "start_s": 5.0, "stop_s": 6.0}, {"event": "notice", "text": "Small.\n Look."}, RESULT)
-    again = Notice("The simulation began again from the clip's own state.", 2.0)
+    again = Notice("Restart of the simulation", 2.0)
     assert taken.listed() == [Notice("Taken for Y up."), Notice("Small. Look."), again, Notice("Sits.", 5.0)]
     assert taken.summary == "10.0 s cleaned in 25.1 s; 60 % of it is physics, restarted 1 times"
 

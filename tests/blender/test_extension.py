@@ -69,8 +69,9 @@ def test_it_is_imported_without_blender() -> None:
 
 @needs_blender
 def test_blenders_own_tool_builds_and_validates_it(tmp_path: Path) -> None:
-    find = "import bpy, pathlib; print(next(pathlib.Path(bpy.__file__).parent.rglob('bl_pkg/cli/blender_ext.py')))"
-    tool = subprocess.run([PYTHON, "-I", "-c", find], capture_output=True, text=True, check=True).stdout.strip()
+    find = "import bpy; print(bpy.utils.system_resource('SCRIPTS'))"
+    scripts = subprocess.run([PYTHON, "-I", "-c", find], capture_output=True, text=True, check=True).stdout.strip()
+    tool = str(Path(scripts) / "addons_core" / "bl_pkg" / "cli" / "blender_ext.py")
     for words in (
         ["build", "--source-dir", str(ADDON), "--output-dir", str(tmp_path)],
         ["validate", str(tmp_path / f"adapt_mimic-{MANIFEST['version']}.zip")],
