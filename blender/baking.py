@@ -49,7 +49,7 @@ def bone_keys(armature: Any, motion: ArmatureMotion, poses: np.ndarray, bone: in
 
 
 def _scaled_alike(poses: np.ndarray) -> np.ndarray:
-    """Return poses (T, 4, 4) scaled in every direction as along the bone: stretched, it would shear those below it, which no key can say."""
+    """Return poses (T, 4, 4) scaled everywhere as along the bone: stretched, it would shear those below it, which no key can say."""
     alike, lengths = poses.copy(), np.linalg.norm(poses[:, None, :3, 1], axis=-1, keepdims=True)
     alike[:, :3, :3] = nearest_rotations(poses[:, :3, [1, 2, 0]])[:, :, [2, 0, 1]] * lengths
     return alike

@@ -2,8 +2,11 @@
 
 In the BVH a joint's frame is the world's in the rest pose, lengths are the world's, and Z is up: where an armature stands, how it is
 turned and scaled, and how its bones roll is all taken off, and put on again. T frames, B bones, J joints.
+
+Whatever takes longer than a moment yields again and again the share that is done, so that the caller may do something else in between.
 """
 
+from collections.abc import Generator
 from dataclasses import dataclass
 
 import numpy as np
@@ -79,11 +82,11 @@ class Hierarchy:
         return np.cumsum([0, *(3 + 3 * self.placed)])
 
 
-def to_channels(motion: ArmatureMotion) -> tuple[Hierarchy, np.ndarray]:
+def to_channels(motion: ArmatureMotion) -> Generator[float, None, tuple[Hierarchy, np.ndarray]]:
     """Return the hierarchy of a BVH of an armature's motion and its channel values [world units, degrees], shape (T, C)."""
     names, parents, bones = _joints(motion)
     rest_heads, tails = _rest_points(motion, bones)
-    positions, rotations = _world_poses(motion, bones)
+    positions, rotations = yield from _recorded_world_poses(motion, bones)
     over = np.array(parents)
     offsets = rest_heads - np.where(over[:, None] < 0, 0.0, rest_heads[over])
     local_positions, local_rotations = positions.copy(), rotations.copy()
@@ -92,6 +95,7 @@ def to_channels(motion: ArmatureMotion) -> tuple[Hierarchy, np.ndarray]:
             back = rotations[:, parent].swapaxes(-1, -2)
             local_rotations[:, joint] = back @ rotations[:, joint]
             local_positions[:, joint] = np.einsum("tij,tj->ti", back, positions[:, joint] - positions[:, parent])
+        yield 0.5 + 0.4 * joint / len(parents)
     extent = float(np.ptp(rest_heads, axis=0).max())
     placed = np.abs(local_positions - offsets).max(axis=(0, 2)) > MAX_PLACE_RATIO * extent
     placed[0] = True
@@ -103,7 +107,7 @@ def to_channels(motion: ArmatureMotion) -> tuple[Hierarchy, np.ndarray]:
     return hierarchy, np.concatenate(columns, axis=1)
 
 
-def world_poses(hierarchy: Hierarchy, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def world_poses(hierarchy: Hierarchy, values: np.ndarray) -> Generator[float, None, tuple[np.ndarray, np.ndarray]]:
     """Return positions (T, J, 3) and rotations (T, J, 3, 3) of the joints in the world for channel values (T, C)."""
     columns, number = hierarchy.first_columns(), len(values)
     positions = np.empty((number, len(hierarchy.names), 3))
@@ -115,10 +119,13 @@ def world_poses(hierarchy: Hierarchy, values: np.ndarray) -> tuple[np.ndarray, n
         above = rotations[:, parent] if parent >= 0 else np.broadcast_to(np.eye(3), (number, 3, 3))
         positions[:, joint] = np.einsum("tij,tj->ti", above, local) + (positions[:, parent] if parent >= 0 else 0.0)
         rotations[:, joint] = above @ turned
+        yield joint / len(hierarchy.parents)
     return positions, rotations
 
 
-def changed_poses(motion: ArmatureMotion, hierarchy: Hierarchy, before: np.ndarray, after: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def changed_poses(
+    motion: ArmatureMotion, hierarchy: Hierarchy, before: np.ndarray, after: np.ndarray
+) -> Generator[float, None, tuple[np.ndarray, np.ndarray]]:
     """Return the poses of changed channel values, and which bones have to be keyed for them.
 
     Args:
@@ -130,7 +137,8 @@ def changed_poses(motion: ArmatureMotion, hierarchy: Hierarchy, before: np.ndarr
     Returns:
         Poses in the armature's space, shape (T, B, 4, 4), and bones that move otherwise, or are held where they no longer should be, (B,).
     """
-    (old_places, old_turns), (new_places, new_turns) = world_poses(hierarchy, before), world_poses(hierarchy, after)
+    old_places, old_turns = yield from world_poses(hierarchy, before)
+    new_places, new_turns = yield from world_poses(hierarchy, after)
     columns = hierarchy.first_columns()[:-1]
     moved = np.maximum.reduceat(np.abs(after - before).max(axis=0), columns) > SAME_VALUE
     poses, keyed = motion.poses.astype(float), np.zeros(len(motion.names), dtype=bool)
@@ -148,6 +156,7 @@ def changed_poses(motion: ArmatureMotion, hierarchy: Hierarchy, before: np.ndarr
             keyed[bone] = moved[joint] or _differ(motion, poses[:, bone], _without_keys(motion, poses, bone))
         elif parent >= 0:
             poses[:, bone] = _without_keys(motion, poses, bone)
+        yield bone / len(motion.parents)
     return poses, keyed
 
 
@@ -211,7 +220,7 @@ def _rest_points(motion: ArmatureMotion, bones: tuple[int, ...]) -> tuple[np.nda
     return standing[0], standing[1]
 
 
-def _world_poses(motion: ArmatureMotion, bones: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
+def _recorded_world_poses(motion: ArmatureMotion, bones: tuple[int, ...]) -> Generator[float, None, tuple[np.ndarray, np.ndarray]]:
     """Return positions (T, J, 3) and rotations (T, J, 3, 3) of the joints in the world; in the rest pose none is turned."""
     positions = np.empty((len(motion.poses), len(bones), 3))
     rotations = np.empty((len(motion.poses), len(bones), 3, 3))
@@ -221,4 +230,5 @@ def _world_poses(motion: ArmatureMotion, bones: tuple[int, ...]) -> tuple[np.nda
         rest = first @ motion.rest[bone] if bone >= 0 else first
         positions[:, joint] = world[:, :3, 3]
         rotations[:, joint] = nearest_rotations(world[:, :3, :3]) @ nearest_rotations(rest[:3, :3]).T
+        yield 0.5 * joint / len(bones)
     return positions, rotations

@@ -77,13 +77,13 @@ class Cleaning:
         self._folder = Path(tempfile.mkdtemp(prefix="adapt-mimic-"))
         source, out = self._folder / "motion.bvh", self._folder / "clean.bvh"
         motion = yield from _reported("Reading the action", 0.0, 0.05, sample_motion(find_armature(self.uid), SAMPLING_S))
-        hierarchy, values = to_channels(motion)
+        hierarchy, values = yield from _reported("Handing it over", 0.05, 0.06, to_channels(motion))
         before = np.round(values, DECIMALS)  # as they are written
-        yield from _reported("Handing it over", 0.05, 0.08, write_bvh(source, hierarchy, before, motion.fps))
+        yield from _reported("Handing it over", 0.06, 0.08, write_bvh(source, hierarchy, before, motion.fps))
         yield from self._run_command(source, out)
         after = yield from _reported("Taking it back", 0.9, 0.92, read_values(out, hierarchy, len(before)))
-        poses, keyed = changed_poses(motion, hierarchy, before, after)
-        keys = yield from _reported("Making keys", 0.92, 1.0, all_bone_keys(find_armature(self.uid), motion, poses, keyed))
+        poses, keyed = yield from _reported("Comparing", 0.92, 0.94, changed_poses(motion, hierarchy, before, after))
+        keys = yield from _reported("Making keys", 0.94, 1.0, all_bone_keys(find_armature(self.uid), motion, poses, keyed))
         while bpy.context.mode not in MODES:  # whose undo would not hold the new action
             yield Status("Ready; waiting for Object or Pose Mode", 1.0, waits=True)
         armature = find_armature(self.uid)

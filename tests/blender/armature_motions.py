@@ -1,5 +1,6 @@
 """Motions of armatures for tests of the add-on, without Blender."""
 
+from collections.abc import Generator
 from typing import Any
 
 import numpy as np
@@ -28,3 +29,12 @@ def bowing(**changes: Any) -> ArmatureMotion:
         "poses": np.array([rest, bowed]), "places": np.array([np.eye(4)] * 2), "fps": 25.0, "first_frame": 7,
     }  # fmt: skip
     return ArmatureMotion(**(told | changes))
+
+
+def ended(steps: Generator[float, None, Any]) -> Any:
+    """Return what steps return, after all their shares."""
+    while True:
+        try:
+            assert 0.0 <= next(steps) <= 1.0
+        except StopIteration as done:
+            return done.value

@@ -1,9 +1,7 @@
 """BVH text of the add-on: the project's reader reads it, and it reads what the command writes."""
 
-from collections.abc import Generator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,19 +10,7 @@ from blender.addon_error import AddonError
 from blender.bvh_motion import Hierarchy, to_channels
 from blender.bvh_text import read_values, write_bvh
 from datasets.formats import bvh as project_bvh
-from tests.blender.armature_motions import bowing
-
-
-def ended(steps: Generator[float, None, Any]) -> Any:
-    """Return what steps return, after all their shares, which grow to one at most."""
-    shares = []
-    while True:
-        try:
-            shares.append(next(steps))
-        except StopIteration as done:
-            assert shares == sorted(shares)
-            assert all(0.0 <= share <= 1.0 for share in shares)
-            return done.value
+from tests.blender.armature_motions import bowing, ended
 
 
 def branching() -> Hierarchy:
@@ -50,7 +36,7 @@ def test_the_projects_reader_reads_it(tmp_path: Path) -> None:
 
 
 def test_what_the_project_writes_is_read(tmp_path: Path) -> None:
-    hierarchy, values = to_channels(bowing())
+    hierarchy, values = ended(to_channels(bowing()))
     ended(write_bvh(tmp_path / "a.bvh", hierarchy, values, 25.0))
     read = project_bvh.read_bvh(tmp_path / "a.bvh")
     changed = read.values + 0.123456789
@@ -67,7 +53,7 @@ def test_what_the_project_writes_is_read(tmp_path: Path) -> None:
     ],
 )
 def test_another_clip_is_refused(old: str, new: str, told: str, tmp_path: Path) -> None:
-    hierarchy, values = to_channels(bowing())
+    hierarchy, values = ended(to_channels(bowing()))
     values[1, 0] = 7.5
     ended(write_bvh(tmp_path / "a.bvh", hierarchy, values, 25.0))
     text = (tmp_path / "a.bvh").read_text()
@@ -78,7 +64,7 @@ def test_another_clip_is_refused(old: str, new: str, told: str, tmp_path: Path) 
 
 @pytest.mark.parametrize("expected", [1, 3])
 def test_other_frames_are_refused(expected: int, tmp_path: Path) -> None:
-    hierarchy, values = to_channels(bowing())
+    hierarchy, values = ended(to_channels(bowing()))
     ended(write_bvh(tmp_path / "a.bvh", hierarchy, values, 25.0))
     with pytest.raises(AddonError, match=f"{expected} (frames )?are expected|{expected} frames of"):
         ended(read_values(tmp_path / "a.bvh", hierarchy, expected))
