@@ -43,12 +43,14 @@ class CleaningCall:
         quality: Quality of the search.
         without: Stages to leave out.
         mapping: Path of a file that names the joints; empty where they are found.
+        zero_ground: Whether the ground is put on height 0.
     """
 
     command: str
     quality: str
     without: tuple[str, ...] = ()
     mapping: str = ""
+    zero_ground: bool = False
 
 
 def cleaning_arguments(call: CleaningCall, source: Path, out: Path) -> list[str]:
@@ -62,7 +64,18 @@ def cleaning_arguments(call: CleaningCall, source: Path, out: Path) -> list[str]
     threads = max((os.cpu_count() or 1) - 1, 1)  # one core is Blender's
     left_out = [word for stage in call.without for word in ("--without", stage)]
     named = ["--mapping", call.mapping] if call.mapping else []
-    options = ["--quality", call.quality, *left_out, *named, "--up", "z", "--threads", str(threads), "--json"]
+    options = [
+        "--quality",
+        call.quality,
+        *left_out,
+        *named,
+        *(["--ground", "zero"] if call.zero_ground else []),
+        "--up",
+        "z",
+        "--threads",
+        str(threads),
+        "--json",
+    ]
     return [call.command, "clean", str(source), "--out", str(out), *options]
 
 

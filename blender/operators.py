@@ -191,7 +191,7 @@ def new_cleaning(context: Any) -> Cleaning:
     settings = context.scene.adapt_mimic
     without = tuple(stage for stage in STAGES if not getattr(settings, stage))
     mapping = bpy.path.abspath(settings.mapping) if settings.mapping else ""
-    call = CleaningCall(find_command(command_in_preferences()), settings.quality, without, mapping)
+    call = CleaningCall(find_command(command_in_preferences()), settings.quality, without, mapping, settings.zero_ground)
     return Cleaning(selected_armature(context), call)
 
 

@@ -35,6 +35,7 @@ class VIEW3D_PT_adapt_mimic(bpy.types.Panel):  # noqa: N801  # Blender's way to 
         stages = layout.column(heading="Stages", align=True)
         stages.prop(settings, "restore")
         stages.prop(settings, "physics")
+        layout.prop(settings, "zero_ground")
         layout.prop(settings, "mapping", placeholder="Found by name")
         layout.operator("adapt_mimic.clean", icon="ACTION")
         if armature is None:

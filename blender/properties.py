@@ -33,6 +33,9 @@ class AdaptMimicSettings(bpy.types.PropertyGroup):
     quality: bpy.props.EnumProperty(name="Quality", description="How long the simulation searches", items=ITEMS, default="good")
     restore: bpy.props.BoolProperty(name="Restore poses", description="Take a suit's faults out of the poses", default=True)
     physics: bpy.props.BoolProperty(name="Physics", description="Let a simulated body perform the clip", default=True)
+    zero_ground: bpy.props.BoolProperty(
+        name="Ground on Z = 0", description="Put the ground that is found under the feet on the grid, instead of leaving it at its height"
+    )
     mapping: bpy.props.StringProperty(
         name="Joint Names",
         description="YAML file that names the joints, as in 'thigh_l: LeftUpLeg', where they are not found by their own names",

@@ -142,6 +142,7 @@ def test_the_switches_reach_the_command(tmp_path: Path) -> None:
     assert words.count("--without") == 1
     assert words[words.index("--up") + 1] == "z"
     assert "--json" in words
+    assert "--ground" not in words
     assert "[Show Before]" in facts["panel_after"]
     assert {"quality=best", "restore=True", "physics=False", "[adapt_mimic.clean]"} <= set(facts["panel_after"])
 

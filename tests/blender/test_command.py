@@ -45,7 +45,9 @@ def test_it_is_found_on_the_path_or_where_the_preferences_say(tmp_path: Path, mo
 
 
 def test_the_words_are_the_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    words = cleaning_arguments(CleaningCall("adapt-mimic", "best", STAGES, "m.yaml"), tmp_path / "a.bvh", tmp_path / "b.bvh")
+    words = cleaning_arguments(
+        CleaningCall("adapt-mimic", "best", STAGES, "m.yaml", zero_ground=True), tmp_path / "a.bvh", tmp_path / "b.bvh"
+    )
     assert words[:2] == ["adapt-mimic", "clean"]
     assert (tuple(samcon.QUALITIES), edits.STAGES) == (QUALITIES, STAGES)
     understood = []
@@ -54,7 +56,7 @@ def test_the_words_are_the_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     options = understood[0]
     assert (options.source, options.out) == (tmp_path / "a.bvh", tmp_path / "b.bvh")
     assert (options.quality, options.without, options.mapping) == ("best", list(STAGES), Path("m.yaml"))
-    assert (options.up, options.json) == ("z", True)
+    assert (options.up, options.ground, options.json) == ("z", "zero", True)
 
 
 def test_the_environment_is_not_blenders() -> None:
