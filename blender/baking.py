@@ -7,10 +7,11 @@ import bpy  # type: ignore[import-not-found]  # Blender's own module
 import numpy as np
 from mathutils import Euler, Matrix, Vector  # type: ignore[import-not-found]  # comes with Blender
 
-from .armature_sampling import active_constraints, slot_bags
+from .armature_sampling import active_constraints, find_armature, slot_bags
 from .bvh_motion import ArmatureMotion
 from .rotations import nearest_rotations
 
+FRAMES_AT_ONCE = 200  # between two moments at which the user may do something else
 LINEAR = 1  # Blender's number of the interpolation
 MAX_PLACE_RATIO = 1e-5  # of the skeleton's extent, up to which a bone's location is as it was
 MAX_SCALE_CHANGE = 1e-5  # up to which a bone's scale is as it was
@@ -19,33 +20,40 @@ SUFFIX = " clean"
 BoneKeys = dict[str, np.ndarray]  # property of a pose bone -> its values (T, 1 to 4)
 
 
-def bone_keys(armature: Any, motion: ArmatureMotion, poses: np.ndarray, bone: int) -> tuple[BoneKeys, np.ndarray]:
+def bone_keys(
+    uid: int, motion: ArmatureMotion, poses: np.ndarray, bone: int, share: float
+) -> Generator[float, None, tuple[BoneKeys, np.ndarray]]:
     """Return the keys of a pose bone, and where they put it in the armature's space, shape (T, 4, 4).
 
     Its rotation is keyed in its own rotation mode, and its location and scale where they are not what they are without keys.
 
     Args:
-        armature: The armature.
+        uid: The armature's session_uid.
         motion: Its motion as recorded.
         poses: New poses of all bones in the armature's space, of those above it as they will be, shape (T, B, 4, 4).
         bone: Index of the bone.
+        share: What is yielded between two moments at which the user may do something else.
     """
-    pose_bone = armature.pose.bones[motion.names[bone]]
+    armature, name = find_armature(uid), motion.names[bone]
+    pose_bone = armature.pose.bones[name]
+    mode, place_now, scale_now = pose_bone.rotation_mode, np.array(pose_bone.location), np.array(pose_bone.scale)
     connected = pose_bone.bone.use_connect and motion.parents[bone] >= 0  # to its parent's end, so that it has no location
+    located = _has_curves(armature, pose_bone, "location")
     wanted = _scaled_alike(poses[:, bone]) if motion.held[bone] else poses[:, bone]
-    local = _converted(pose_bone, motion, poses, bone, [Matrix(pose) for pose in wanted], invert=True)
+    above = poses[:, motion.parents[bone]].tolist() if motion.parents[bone] >= 0 else None
+    local = yield from _converted(uid, name, above, list(map(Matrix, wanted.tolist())), True, share)
     bases = [basis.decompose() for basis in local]
-    keys = _rotation_keys([turn for _, turn, _ in bases], pose_bone.rotation_mode)
+    keys = _rotation_keys([turn for _, turn, _ in bases], mode)
     places, scales = np.array([place for place, _, _ in bases]), np.array([scale for _, _, scale in bases])
     extent = float(np.ptp(motion.rest[:, :3, 3], axis=0).max())
-    moved = np.abs(places - np.array(pose_bone.location)).max() > MAX_PLACE_RATIO * extent
-    if not connected and (moved or _has_curves(armature, pose_bone, "location")):
+    if not connected and (located or np.abs(places - place_now).max() > MAX_PLACE_RATIO * extent):
         keys["location"] = places
-    if motion.held[bone] and np.abs(scales - np.array(pose_bone.scale)).max() > MAX_SCALE_CHANGE:  # stretched by a constraint
+    if motion.held[bone] and np.abs(scales - scale_now).max() > MAX_SCALE_CHANGE:  # stretched by a constraint
         keys["scale"] = scales
     still = Vector((0.0, 0.0, 0.0)) if connected else None
     composed = [Matrix.LocRotScale(still or place, turn, scale) for place, turn, scale in bases]
-    return keys, np.array(_converted(pose_bone, motion, poses, bone, composed, invert=False))
+    real = yield from _converted(uid, name, above, composed, False, share)
+    return keys, np.array(real)
 
 
 def _scaled_alike(poses: np.ndarray) -> np.ndarray:
@@ -55,12 +63,26 @@ def _scaled_alike(poses: np.ndarray) -> np.ndarray:
     return alike
 
 
-def _converted(pose_bone: Any, motion: ArmatureMotion, poses: np.ndarray, bone: int, matrices: list[Any], invert: bool) -> list[Any]:
-    """Return a bone's matrices of all frames from its own space to the armature's, or back if ``invert``."""
-    own, above, found = pose_bone.bone, motion.parents[bone], []
-    for frame, matrix in enumerate(matrices):
-        parent = {"parent_matrix": Matrix(poses[frame, above]), "parent_matrix_local": own.parent.matrix_local} if above >= 0 else {}
-        found.append(own.convert_local_to_pose(matrix, own.matrix_local, invert=invert, **parent))
+def _converted(
+    uid: int, name: str, parents: list | None, matrices: list[Any], invert: bool, share: float
+) -> Generator[float, None, list[Any]]:
+    """Return a bone's matrices of all frames from its own space to the armature's, or back if ``invert``; yield ``share`` now and then.
+
+    Args:
+        uid: The armature's session_uid; undo makes the bone anew, so that it is looked up after each moment of the user's.
+        name: Name of the bone.
+        parents: Poses of its parent in the armature's space, None without one.
+        matrices: The matrices.
+        invert: Whether they are the armature's.
+        share: What is yielded.
+    """
+    found = []
+    for start in range(0, len(matrices), FRAMES_AT_ONCE):
+        bone = find_armature(uid).data.bones[name]
+        for frame in range(start, min(start + FRAMES_AT_ONCE, len(matrices))):
+            parent = {"parent_matrix": Matrix(parents[frame]), "parent_matrix_local": bone.parent.matrix_local} if parents else {}
+            found.append(bone.convert_local_to_pose(matrices[frame], bone.matrix_local, invert=invert, **parent))
+        yield share
     return found
 
 
@@ -92,9 +114,7 @@ def _signs(quaternions: np.ndarray) -> np.ndarray:
     return np.cumprod(np.where(np.sum(quaternions[1:] * quaternions[:-1], axis=1) < 0.0, -1.0, 1.0))[:, None]
 
 
-def all_bone_keys(
-    armature: Any, motion: ArmatureMotion, poses: np.ndarray, keyed: np.ndarray
-) -> Generator[float, None, dict[str, BoneKeys]]:
+def all_bone_keys(uid: int, motion: ArmatureMotion, poses: np.ndarray, keyed: np.ndarray) -> Generator[float, None, dict[str, BoneKeys]]:
     """Return the keys of all bones that are keyed, by their names; yield again and again the share that is done.
 
     What a bone's rotation, location and scale cannot say, as shear, is no fault of the bones below it: they start from where it really is.
@@ -103,8 +123,9 @@ def all_bone_keys(
     for bone in range(len(motion.names)):
         parent = motion.parents[bone]
         if keyed[bone]:
-            found[motion.names[bone]], real[:, bone] = bone_keys(armature, motion, real, bone)
-            yield len(found) / keyed.sum()
+            share = len(found) / keyed.sum()
+            found[motion.names[bone]], real[:, bone] = yield from bone_keys(uid, motion, real, bone, share)
+            yield share
         elif parent >= 0 and not motion.held[bone]:
             real[:, bone] = real[:, parent] @ np.linalg.inv(poses[:, parent]) @ poses[:, bone]
     return found
@@ -135,7 +156,8 @@ def add_action(armature: Any, first_frame: int, keys: dict[str, BoneKeys]) -> An
 def _has_curves(armature: Any, pose_bone: Any, kind: str) -> bool:
     """Return whether a property of a pose bone is animated in the armature's action."""
     animation, path = armature.animation_data, pose_bone.path_from_id(kind)
-    return any(bag.fcurves.find(path, index=axis) for bag in slot_bags(animation.action, animation.action_slot) for axis in range(3))
+    bags = slot_bags(animation.action, animation.action_slot) if animation and animation.action else []
+    return any(bag.fcurves.find(path, index=axis) for bag in bags for axis in range(3))
 
 
 def _replace_curves(action: Any, slot: Any, bone: str, path: str, first_frame: int, values: np.ndarray) -> None:

@@ -83,7 +83,7 @@ class Cleaning:
         yield from self._run_command(source, out)
         after = yield from _reported("Taking it back", 0.9, 0.92, read_values(out, hierarchy, len(before)))
         poses, keyed = yield from _reported("Comparing", 0.92, 0.94, changed_poses(motion, hierarchy, before, after))
-        keys = yield from _reported("Making keys", 0.94, 1.0, all_bone_keys(find_armature(self.uid), motion, poses, keyed))
+        keys = yield from _reported("Making keys", 0.94, 1.0, all_bone_keys(self.uid, motion, poses, keyed))
         while bpy.context.mode not in MODES:  # whose undo would not hold the new action
             yield Status("Ready; waiting for Object or Pose Mode", 1.0, waits=True)
         armature = find_armature(self.uid)

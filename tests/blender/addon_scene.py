@@ -17,6 +17,7 @@ from mathutils import Matrix  # type: ignore[import-not-found]
 sys.path.insert(0, str(Path(__file__).parents[1] / "datasets" / "formats"))
 import blender_builder  # type: ignore[import-not-found]
 
+MAX_MODAL_S = 120.0
 ADDON = "bl_ext.user_default.adapt_mimic"
 
 
@@ -153,8 +154,8 @@ def run_modal(armature: bpy.types.Object, cancel: bool) -> dict:
     window = Window()
     context = SimpleNamespace(window_manager=window, window=None, scene=bpy.context.scene, object=armature)
     tick, other = SimpleNamespace(type="TIMER"), SimpleNamespace(type="MOUSEMOVE")
-    answers, longest, bars = [operator.invoke(context, other)], 0.0, []
-    while answers[-1] & {"RUNNING_MODAL", "PASS_THROUGH"} and len(answers) < 1000:
+    answers, longest, bars, end = [operator.invoke(context, other)], 0.0, [], time.monotonic() + MAX_MODAL_S
+    while answers[-1] & {"RUNNING_MODAL", "PASS_THROUGH"} and time.monotonic() < end:
         assert operator.modal(context, other) == {"PASS_THROUGH"}
         begin = time.monotonic()
         answers.append(operator.modal(context, tick))
