@@ -121,10 +121,9 @@ class Cleaning:
         update_view()
         notices = [*self.events.listed(), *_astray(armature, motion, poses)]
         if held:
-            bones = ", ".join(sorted({path.split('"')[1] for path, _ in held}))
-            notices.append(
-                Notice(f"Constraints of these bones are off in the clean action: {bones}. Before / After turns them on and off.")
-            )
+            bones = listed(sorted({path.split('"')[1] for path, _ in held}))
+            told = f"Constraints of these bones are off in the clean action: {bones}. Show Before turns them on again."
+            notices.append(Notice(told))
         if not keys:
             notices.append(Notice("Nothing had to be changed: the action is as it was."))
         _keep(action, source, self.events.summary, notices, motion, held)
