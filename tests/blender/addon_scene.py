@@ -141,17 +141,18 @@ class Window:
         self.handlers.append(operator)
 
 
-def run_modal(armature: bpy.types.Object, cancel: bool) -> dict:
+def run_modal(armature: bpy.types.Object, cancel: bool, undo: bool) -> dict:
     """Clean tick by tick, as Blender with a window does; say what came of it.
 
     Args:
         armature: The armature.
         cancel: Whether to press Cancel once the command runs.
+        undo: Whether to do something else and undo it after each tick, which makes everything in Blender anew.
     """
     functions = {name: value for name, value in vars(bpy.types.ADAPT_MIMIC_OT_clean).items() if not name.startswith("__")}
     operator: Any = type("Clean", (), functions | {"report": lambda _self, kind, text: reports.append([sorted(kind)[0], text])})()
     reports: list = []
-    window = Window()
+    window, name = Window(), armature.name
     context = SimpleNamespace(window_manager=window, window=None, scene=bpy.context.scene, object=armature)
     tick, other = SimpleNamespace(type="TIMER"), SimpleNamespace(type="MOUSEMOVE")
     answers, longest, bars, end = [operator.invoke(context, other)], 0.0, [], time.monotonic() + MAX_MODAL_S
@@ -160,7 +161,12 @@ def run_modal(armature: bpy.types.Object, cancel: bool) -> dict:
         begin = time.monotonic()
         answers.append(operator.modal(context, tick))
         longest = max(longest, time.monotonic() - begin)
-        bars.append(drawn(armature)[0])
+        if undo and answers[-1] == {"PASS_THROUGH"}:
+            bpy.context.scene.cursor.location.x += 1.0
+            bpy.ops.ed.undo_push(message="moved")
+            bpy.ops.ed.undo()
+            context.object, context.scene = bpy.data.objects[name], bpy.context.scene
+        bars.append(drawn(context.object)[0])
         if cancel and "Simulating" in bars[-1]:
             assert not bpy.ops.adapt_mimic.clean.poll()
             assert bpy.ops.adapt_mimic.cancel() == {"FINISHED"}
@@ -184,7 +190,8 @@ def main(folder: Path) -> None:
         setattr(bpy.context.scene.adapt_mimic, attribute, value)
     exec(scenario.get("prepare", ""), {"bpy": bpy, "armature": armature, "Matrix": Matrix})
     modal = scenario.get("modal")
-    facts: dict[str, Any] = run_modal(armature, modal == "cancel") if modal else {"said": clean()}
+    facts: dict[str, Any] = run_modal(armature, modal == "cancel", modal == "undo") if modal else {"said": clean()}
+    armature = bpy.data.objects[name]
     facts |= {"scenes": len(bpy.data.scenes), "modes": sorted({bone.rotation_mode for bone in armature.pose.bones})}
     recorded, action = bpy.data.actions[old_name], armature.animation_data.action
     if action not in (recorded, None):

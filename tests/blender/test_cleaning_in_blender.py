@@ -179,8 +179,9 @@ def test_a_draft_of_joint_names_stays_and_is_chosen(tmp_path: Path) -> None:
     assert chosen.read_text() == "pelvis: bone\n"
 
 
-def test_blender_goes_on_while_it_is_cleaned(tmp_path: Path) -> None:
-    facts = play(tmp_path, modal="to the end")
+@pytest.mark.parametrize("modal", ["to the end", "undo"])
+def test_blender_goes_on_while_it_is_cleaned(modal: str, tmp_path: Path) -> None:
+    facts = play(tmp_path, modal=modal)
     assert facts["answer"] == "FINISHED"
     assert facts["reports"] == [["INFO", facts["summary"]]]
     assert facts["longest_s"] < 0.5
