@@ -37,7 +37,7 @@ LAYERS = {
         {"live", "metrics", "runs", "backends"},
         {"", "pages"},
         {"clean", "report", "study.framework", "study.suit", "benchmark.contacts", "benchmark.peers", "benchmark.timing"},
-        {"study.clean", "study.lobstr", "study.policy", "study.root", "benchmark.scaling"},
+        {"agent_server", "study.clean", "study.lobstr", "study.policy", "study.root", "benchmark.scaling"},
         {"study.search", "study.restore"},
         {"study"},
         {"benchmark"},

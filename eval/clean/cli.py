@@ -1,6 +1,7 @@
 """Cleans motion capture: ``python -m eval.clean IN.bvh --out OUT.bvh [--report DIR]``, or a folder of motion files into another."""
 
 import argparse
+import os
 import sys
 from contextlib import redirect_stdout
 from dataclasses import replace
@@ -9,7 +10,7 @@ from pathlib import Path
 import torch
 
 from agents.weights.pretrained import PRETRAINED_POLICY
-from configs.errors import InputError
+from configs.errors import InputError, RunError
 from configs.exit_codes import run_command
 from configs.process_pool import available_cores
 from datasets.formats.motion_file import FORMATS_IN_WORDS
@@ -20,6 +21,7 @@ from eval.clean.edits import STAGES
 from eval.clean.event_output import EventOutput
 from eval.clean.pipeline import CleaningPipeline
 from eval.clean.samcon import GOOD, QUALITIES
+from eval.clean.watch import watch_folder
 from eval.pages.output_files import check_writable
 from trainers.runs.run_log import make_console
 
@@ -54,6 +56,7 @@ def main(arguments: list[str] | None = None, prog: str = "python -m eval.clean")
     )
     parser.add_argument("--threads", type=int, metavar="N", default=available_cores(), help="cores to use (default: all, %(default)s here)")
     parser.add_argument("--json", action="store_true", help="write events to standard output, one JSON object a line, and nothing else")
+    parser.add_argument("--watch", action="store_true", help="go on: clean files of the folder IN as they appear or change, until Ctrl-C")
     add_reading_options(parser)
     options = parse_reading(parser, arguments)
     if not options.json:
@@ -71,6 +74,9 @@ def _run_with_events(options: argparse.Namespace, events: EventOutput) -> None:
         if not events.told_error:
             events.error(None, str(error))
         raise
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.__stdout__.fileno())  # type: ignore[union-attr]  # else Python complains at its end
+        raise RunError("whoever read the events is gone; no file is half-written") from None
 
 
 def _run(options: argparse.Namespace, output: Output) -> None:
@@ -85,4 +91,7 @@ def _run(options: argparse.Namespace, output: Output) -> None:
     search = replace(QUALITIES[options.quality or GOOD], assist_force_bw=options.assist)
     pipeline = CleaningPipeline.load(options.threads, options.policy, search).without(options.without)
     job = CleaningJob(options.source, options.out, pipeline, options.report, reading, options.edits, options.quality)
-    clean_files(job, output)
+    if options.watch:
+        watch_folder(job, output)
+    else:
+        clean_files(job, output)
