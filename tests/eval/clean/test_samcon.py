@@ -168,7 +168,7 @@ def test_only_a_share_of_the_residual_is_played() -> None:
     told = []
     for share in (0.0, 0.5):
         policy = Asking(SPEC.observation_size, SPEC.action_size, (8,))
-        search = replace(ALONE, noise_std=0.0, residual_share=share)
+        search = replace(ALONE, noise_std=0.0, residual_shares=(share, share), virtual_share=0.0)
         (take,) = SamconSearch(Simulator(policy, SPEC, 1, search), posed({}, 5)).segments()
         told.append(take.targets[:, hinge("shin_l_y")])
     assert told[1][1:] - told[0][1:] == pytest.approx([0.01, 0.01, 0.018, 0.018], abs=1e-6)
