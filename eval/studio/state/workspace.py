@@ -1,0 +1,111 @@
+"""Everything that is open in one run of the studio: the folder of clips, uploaded files, the projects of all tabs."""
+
+import threading
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+
+from configs.errors import InputError
+from configs.process_pool import available_cores
+from datasets.formats.motion_file import FORMATS_IN_WORDS, is_motion_file
+from datasets.library.sources import find_readable_files
+from eval.clean.edits_file import edits_path
+from eval.clean.pipeline import CleaningPipeline
+from eval.studio.state.project import Project
+from eval.studio.state.uploads import SKELETON_SUFFIX, keep_file, received_file
+
+MAX_LISTED = 500  # files of a folder
+
+
+class Workspace:
+    """The clips of one run.
+
+    Attributes:
+        folder: Folder whose clips are offered; None where there is none.
+        uploads: Folder that files which browsers send are kept in.
+    """
+
+    def __init__(self, source: Path | None, uploads: Path) -> None:
+        """Begin to load the networks.
+
+        Args:
+            source: Clip or folder of clips; None for neither.
+            uploads: Folder that uploaded files are kept in; made with the first of them.
+
+        Raises:
+            InputError: If there is no such clip or folder.
+        """
+        if source is not None and not source.exists():
+            raise InputError(f"{source}: no such file or folder; name a {FORMATS_IN_WORDS} file or a folder of them")
+        if source is not None and source.is_file() and not is_motion_file(source):
+            raise InputError(f"{source}: no {FORMATS_IN_WORDS} file; a clip to clean is one")
+        self.uploads = uploads
+        self.folder = source if source is not None and source.is_dir() else None
+        self.first = source if source is not None and source.is_file() else None
+        self._projects: dict[Path, Project] = {}
+        self._opened: Path | None = None
+        self._lock = threading.RLock()
+        threads = ThreadPoolExecutor(1, thread_name_prefix="loading")
+        self._pipeline: Future[CleaningPipeline] = threads.submit(CleaningPipeline.load, available_cores())
+        threads.shutdown(wait=False)
+
+    @property
+    def pipeline(self) -> CleaningPipeline:
+        """Stages of the cleaning, once they are loaded."""
+        return self._pipeline.result()
+
+    @property
+    def opened(self) -> Path | None:
+        """File of the clip that was opened last, which a new tab shows."""
+        return self._opened or self.first
+
+    def files(self) -> list[Path]:
+        """Return the clips that can be opened: those of the folder, and those that were uploaded."""
+        found = [file for folder in (self.folder, self.uploads) if folder is not None and folder.is_dir() for file in _clips_in(folder)]
+        return list(dict.fromkeys(file.resolve() for file in [*([self.first] if self.first else []), *found]))[:MAX_LISTED]
+
+    def open(self, path: Path) -> Project:
+        """Return the project of a file; the same one for all tabs.
+
+        Raises:
+            InputError: If the file cannot be read.
+        """
+        path = path.resolve()
+        with self._lock:
+            if path not in self._projects:
+                self._projects[path] = Project(path, self.pipeline)
+                self._projects[path].clean(physics=False)
+            self._opened = path
+            return self._projects[path]
+
+    def receive(self, name: str, content: bytes) -> Project | None:
+        """Return the project of a file that a browser sent; None for a skeleton, which is kept for the clips that need it.
+
+        Raises:
+            InputError: If it is no motion file that can be read; then nothing of it is kept.
+        """
+        with received_file(name, content, self.uploads) as file:
+            if file.suffix == SKELETON_SUFFIX:
+                keep_file(file, self.uploads)
+                return None
+            project = Project(file, self.pipeline)  # whatever is wrong with the file is found before it is kept
+            kept = keep_file(file, self.uploads).resolve()
+        with self._lock:
+            if kept in self._projects or edits_path(kept).is_file():  # it was here before
+                project.close()
+            else:
+                project.path = kept
+                self._projects[kept] = project
+                project.clean(physics=False)
+        return self.open(kept)
+
+    def close(self) -> None:
+        """Stop all solving."""
+        for project in self._projects.values():
+            project.close()
+
+
+def _clips_in(folder: Path) -> list[Path]:
+    try:
+        return find_readable_files(folder)
+    except InputError:  # none in it
+        return []
