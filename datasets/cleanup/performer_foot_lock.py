@@ -17,7 +17,9 @@ MAX_SINK_M = 0.004  # m, depth of the 20 bodies' foot in the ground while the pe
 _ANKLES = [foot for foot, _ in FOOT_AND_TOE_BODIES]
 
 
-def lock_performer_feet(motion: Motion, retargeted: Retargeted, contacts: np.ndarray, level: np.ndarray) -> Motion:
+def lock_performer_feet(
+    motion: Motion, retargeted: Retargeted, contacts: np.ndarray, level: np.ndarray, certain: np.ndarray | None = None
+) -> Motion:
     """Return the clip with feet that keep still on the ground while they stand, and are never below it.
 
     A performer's sole is that of the 20 bodies, at the performer's own ankle.
@@ -26,6 +28,7 @@ def lock_performer_feet(motion: Motion, retargeted: Retargeted, contacts: np.nda
         motion: Clip on the performer's skeleton, from ``transfer_back``.
         retargeted: Recorded clip that it was made from.
         contacts: Whether the left and the right foot bear weight, shape (T, 2); debounced here.
+        certain: Frames and feet whose contacts count as they are, however short, shape (T, 2); none if None.
         level: Whether the ground is level in each frame, shape (T,); elsewhere it may be lower and no foot is lifted.
 
     Returns:
@@ -34,6 +37,8 @@ def lock_performer_feet(motion: Motion, retargeted: Retargeted, contacts: np.nda
     usual = _usual_height_offsets(retargeted)
     soles, sunk = _soles(motion, retargeted, usual)
     stands = debounce_contacts(contacts, motion.fps)
+    if certain is not None:
+        stands = np.where(certain, contacts, stands)
     moved = np.stack([foot_lock_offsets(soles[:, side], stands[:, side], motion.fps) for side in (0, 1)], axis=1)
     lacking = np.maximum(sunk - moved[..., 2], 0.0)
     left = np.where(level[:, None], 0.0, lacking)

@@ -21,7 +21,8 @@ from datasets.synthetic.clips import synthetic_clips
 from envs.physics.mujoco_cpu import RecordingPhysics
 from eval.benchmark.peers.bare_mujoco import BareBatch, ControlRecorder
 from eval.benchmark.timing.interleaved import BenchmarkCase, BenchmarkResult, interleave, torch_threads
-from eval.clean.pipeline import PHYSICS, CleaningPipeline
+from eval.clean.edits import PHYSICS
+from eval.clean.pipeline import CleaningPipeline
 from eval.clean.samcon import BEST, FAST, QUALITIES, SamconSearch, Simulator
 from eval.clean.stages import repair_kinematically
 

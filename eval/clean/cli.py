@@ -32,7 +32,8 @@ from datasets.library.sources import find_readable_files
 from datasets.performer.performer_clip import read_performer_file
 from datasets.performer.reading_arguments import add_reading_options, parse_reading, reading_from_arguments
 from datasets.performer.reading_options import ReadingOptions
-from eval.clean.pipeline import STAGES, CleaningPipeline
+from eval.clean.edits import STAGES
+from eval.clean.pipeline import CleaningPipeline
 from eval.clean.progress import REPORTING, CleaningProgress, expected_seconds
 from eval.clean.report import write_clip_report, write_folder_report
 from eval.clean.result import CleaningResult

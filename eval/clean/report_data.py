@@ -65,7 +65,7 @@ def collect_report_data(cleaned: CleaningResult, tracks: Mapping[str, ArtefactTr
         "overlaps": [asdict(overlap) for overlap in cleaned.overlaps],
         "misalignments": [asdict(one) for one in cleaned.misalignments],
         "damage": [asdict(one) for one in cleaned.damage],
-        "notices": list(cleaned.notices),
+        "notices": [notice.text for notice in cleaned.notices],
     }
 
 

@@ -61,11 +61,11 @@ def restore_clip(model: RestoreModel | None, recorded: BodyMotion, off_feet: Seq
     if unknown or degrees.mean() < MIN_MEAN_MISALIGNMENT_DEG:
         return RestoredPoses(recorded, None, (), unknown)
     contacts = debounce_contacts(found.contacts[:, :2] > 0.5, recorded.fps)
-    restored = found.motion if not unknown_spans else _blend(recorded, found.motion, smooth_step(seconds / FADE_S))
+    restored = found.motion if not unknown_spans else blend_poses(recorded, found.motion, smooth_step(seconds / FADE_S))
     return RestoredPoses(restored, contacts, find_misalignments(found.constant, found.constant_std))
 
 
-def _blend(recorded: BodyMotion, restored: BodyMotion, share: np.ndarray) -> BodyMotion:
+def blend_poses(recorded: BodyMotion, restored: BodyMotion, share: np.ndarray) -> BodyMotion:
     """Return a clip that goes over into the restored one where its share (T,) is 1; where it is 0 it has the recorded numbers."""
     one, two = recorded.local_rotations, restored.local_rotations
     two = np.where(np.sum(one * two, axis=-1, keepdims=True) < 0.0, -two, two)

@@ -4,11 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from datasets.cleanup.off_feet_spans import OffFeetSpan
 from datasets.damage.damage import Damage
-from datasets.motion.clip import BodyMotion
+from datasets.motion.clip import BodyMotion, Motion
 from envs.physics.self_collision import Overlap
 from eval.clean.misalignments import Misalignment
 from eval.clean.moved_joints import MovedSpan
+from eval.clean.notices import Notice
 
 SIMULATED_CONFIDENCE = 0.5  # from which on a frame counts as simulated: its contacts are the simulation's
 KEPT_CONFIDENCE = 0.05  # below which a frame has nothing of physics in it
@@ -27,7 +29,7 @@ class CleaningResult:
         confidence: Share of the simulation in each frame, 0 to 1; 0 where the repaired input was kept, shape (T,).
         restarts: Times at which the simulation began again, as all times in the file [s].
         assist: Force that helped on the pelvis in simulated frames [body weights], shape (T,).
-        notices: Lines that a person should read.
+        notices: Lines that a person should read, with the time that they belong to.
         misalignments: Segments whose sensors were clearly misaligned, the largest first; corrected.
         moved: Spans in which a joint was moved far, in the order of time.
         overlaps: Spans in which bodies still pass through each other, the deepest first.
@@ -35,6 +37,12 @@ class CleaningResult:
         read_as: Line that says what the recording was taken for.
         damage: Damaged frames of the file, in the order of time.
         start_s: Time of the first frame in the file, of which a rest pose at the beginning is no part [s].
+        found_contacts: Contacts before a person's edits, shape (T, 2); None where there are no edits.
+        off_feet: Spans off the feet.
+        stale: Spans that would be simulated, but were not yet, as they were edited: first and last instant [s].
+        kept_spans: Spans that came back as recorded by a person's wish: first and last instant [s].
+        output: Cleaned clip on the performer's own skeleton, at the file's rate.
+        ground_m: Height of the ground above the one that was found, as a person edited it, in the file's world [m].
     """
 
     name: str
@@ -44,7 +52,7 @@ class CleaningResult:
     confidence: np.ndarray
     restarts: tuple[float, ...]
     assist: np.ndarray
-    notices: tuple[str, ...]
+    notices: tuple[Notice, ...]
     misalignments: tuple[Misalignment, ...] = ()
     moved: tuple[MovedSpan, ...] = ()
     overlaps: tuple[Overlap, ...] = ()
@@ -52,6 +60,12 @@ class CleaningResult:
     read_as: str = ""
     damage: tuple[Damage, ...] = ()
     start_s: float = 0.0
+    found_contacts: np.ndarray | None = None
+    off_feet: tuple[OffFeetSpan, ...] = ()
+    stale: tuple[tuple[float, float], ...] = ()
+    kept_spans: tuple[tuple[float, float], ...] = ()
+    output: Motion | None = None
+    ground_m: float = 0.0
 
     @property
     def simulated(self) -> np.ndarray:

@@ -63,8 +63,29 @@ def simulate_clip(
         fade_ends: Whether frames without simulation come before the clip, and after it.
         after_frames: Called with the number of frames that were simulated, again and again.
     """
-    padded = clip if len(clip) % FRAMES_PER_STEP else _repeat_last_frame(clip)  # so that the last control step ends in the last frame
-    segments = list(SamconSearch(simulator, padded, after_frames=after_frames).segments())
+    return blend_segments(clip, search_segments(simulator, clip, after_frames), fade_ends)
+
+
+def search_segments(simulator: Simulator, clip: BodyMotion, after_frames: Callable[[int], None] = lambda _: None) -> list[Segment]:
+    """Return the simulation of a clip, which may go on for a frame after its end; arguments are those of ``simulate_clip``."""
+    return list(SamconSearch(simulator, _padded(clip), after_frames=after_frames).segments())
+
+
+def blend_segments(
+    clip: BodyMotion,
+    segments: Sequence[Segment],
+    fade_ends: tuple[bool, bool] = (False, False),
+    limit: np.ndarray | None = None,
+) -> SimulatedClip:
+    """Return a clip with its simulation blended in.
+
+    Args:
+        clip: Clip on level ground, at 60 fps, T frames.
+        segments: Its simulation, from ``search_segments``.
+        fade_ends: Whether frames without simulation come before the clip, and after it.
+        limit: Largest share of the simulation in each frame, shape (T,); 1 if None.
+    """
+    padded = _padded(clip)
     simulated, contacts, assist = write_segments(padded, segments), np.zeros((len(padded), 2), dtype=bool), np.zeros(len(padded))
     for segment in segments:
         part = slice(segment.start, segment.start + len(segment.poses))
@@ -73,11 +94,28 @@ def simulate_clip(
     segment_starts = [segment.start for segment in segments]
     ends = [*([-1] if fade_ends[0] else []), *([len(clip)] if fade_ends[1] else [])]
     confidence = _confidence(simulated, padded, [*segment_starts[1:], *ends])
+    if limit is not None:
+        confidence *= np.append(limit, limit[-1:])[: len(padded)]
     blended = smooth_motion(_blend(padded, simulated, confidence, segment_starts))  # the search's noise shakes the joints
     frames = slice(len(clip))
     trusted = confidence >= SIMULATED_CONFIDENCE
     contacts &= trusted[:, None]
     return SimulatedClip(blended.cut(0, len(clip)), contacts[frames], confidence[frames], segment_starts, (assist * trusted)[frames])
+
+
+def cut_segments(segments: Sequence[Segment], start: int, stop: int) -> list[Segment]:
+    """Return the simulation from a frame up to another; of pieces shorter than a control step, none."""
+    pieces = []
+    for one in segments:
+        part = slice(max(start - one.start, 0), max(stop - one.start, 0))
+        if len(one.poses[part]) > FRAMES_PER_STEP:
+            pieces.append(Segment(one.start + part.start, *(track[part] for track in one[1:])))
+    return pieces
+
+
+def _padded(clip: BodyMotion) -> BodyMotion:
+    """Return the clip with so many frames that the last control step ends in the last one."""
+    return clip if len(clip) % FRAMES_PER_STEP else _repeat_last_frame(clip)
 
 
 def _repeat_last_frame(clip: BodyMotion) -> BodyMotion:

@@ -13,23 +13,33 @@ from datasets.motion.clip import BodyMotion
 from datasets.motion.frame_spans import true_spans
 from datasets.motion.smoothing import smooth_motion
 from envs.physics.self_collision import remove_self_penetration
+from eval.clean.planted_edits import plant_edited_feet
 from eval.clean.result import SIMULATED_CONFIDENCE
 from eval.clean.samcon import Simulator
 from eval.clean.simulate_clip import SimulatedClip, simulate_clip, without_simulation
 
 MIN_SIMULATED_FRAMES = 60  # of a span that is worth simulating
+# Simulates a part of a clip, from the simulator, its first frame, the part, whether frames without simulation come before and after, and
+# whom to tell of frames that were simulated; None leaves the part as it is.
+PartSimulation = Callable[[Simulator, int, BodyMotion, tuple[bool, bool], Callable[[int], None]], SimulatedClip | None]
 
 
-def repair_kinematically(clip: BodyMotion, off_feet: list[OffFeetSpan], contacts: np.ndarray | None = None) -> BodyMotion:
+def repair_kinematically(
+    clip: BodyMotion, off_feet: list[OffFeetSpan], contacts: np.ndarray | None = None, said: np.ndarray | None = None
+) -> BodyMotion:
     """Return the clip low-passed, on level ground and without self-penetration: the repairs that need no physics.
 
     Args:
         clip: Clip with a root, at 60 fps.
         off_feet: Spans off level ground, whose heights are carried along as they are.
         contacts: Whether the left and the right foot stand, of a clip whose feet are to be planted, shape (T, 2).
+        said: What a person said of both feet, from ``said_contacts``, shape (T, 2); None if nothing.
     """
     smooth, grounded = smooth_motion(clip), ~frame_mask(off_feet, len(clip))
-    placed = level_to_ground(smooth, grounded=grounded) if contacts is None else plant_feet(smooth, contacts, grounded)
+    if said is not None:
+        placed = plant_edited_feet(smooth, grounded, contacts, said)
+    else:
+        placed = level_to_ground(smooth, grounded=grounded) if contacts is None else plant_feet(smooth, contacts, grounded)
     return remove_self_penetration(placed)
 
 
@@ -39,6 +49,7 @@ def simulate_grounded_spans(
     off_feet: list[OffFeetSpan],
     contacts: np.ndarray | None = None,
     progress: Callable[[float], None] = lambda _: None,
+    simulate_part: PartSimulation | None = None,
 ) -> SimulatedClip:
     """Return the clip simulated wherever it is on level ground.
 
@@ -50,8 +61,9 @@ def simulate_grounded_spans(
         off_feet: Spans off level ground.
         contacts: Whether the left and the right foot stand, shape (T, 2); detected by speed and height if None.
         progress: Called with the share of the frames that were simulated, again and again.
+        simulate_part: Simulates each part in another way than ``simulate_clip``, or leaves it as it is.
     """
-    num_done = 0
+    num_done, simulate_part = 0, simulate_part or _simulate_whole
 
     def after_frames(number: int) -> None:
         nonlocal num_done
@@ -63,12 +75,20 @@ def simulate_grounded_spans(
     def simulated_parts(simulator: Simulator) -> Iterator[tuple[int, SimulatedClip]]:
         for start, stop in true_spans(~excluded).tolist():
             if stop - start >= MIN_SIMULATED_FRAMES:
-                yield start, simulate_clip(simulator, clip.cut(start, stop), (start > 0, stop < len(clip)), after_frames)
+                simulated = simulate_part(simulator, start, clip.cut(start, stop), (start > 0, stop < len(clip)), after_frames)
+                if simulated:
+                    yield start, simulated
 
     simulated = _splice(clip, simulated_parts(simulator)) if simulator else without_simulation(clip)
     kinematic = (detect_foot_contacts(simulated.motion) if contacts is None else contacts) & ~excluded[:, None]
     found = np.where((simulated.confidence >= SIMULATED_CONFIDENCE)[:, None], simulated.contacts, kinematic)
     return simulated._replace(motion=remove_self_penetration(simulated.motion), contacts=found)
+
+
+def _simulate_whole(
+    simulator: Simulator, _: int, part: BodyMotion, fade_ends: tuple[bool, bool], after_frames: Callable[[int], None]
+) -> SimulatedClip:
+    return simulate_clip(simulator, part, fade_ends, after_frames)
 
 
 def frame_mask(spans: list[OffFeetSpan], frames: int) -> np.ndarray:

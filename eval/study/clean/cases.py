@@ -112,7 +112,7 @@ def clean_case(case: Case, cleaner: CleaningPipeline) -> CaseResult:
         "ground_level": -1e3 * retargeted.lift,
         "seconds": read.seconds,
     }
-    return CaseResult(recorded.name, recorded.performer, recorded.kind, sides, cleaned.notices)
+    return CaseResult(recorded.name, recorded.performer, recorded.kind, sides, tuple(map(str, cleaned.notices)))
 
 
 def _measure_artefacts(clip: BodyMotion, truth: BodyMotion | None = None, original: BodyMotion | None = None) -> Values:

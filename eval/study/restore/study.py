@@ -11,7 +11,8 @@ from rich.progress import track
 from agents.restore.model import RestoreModel
 from agents.weights.pretrained import PRETRAINED_POLICY, load_pretrained_restore
 from configs.process_pool import available_cores, map_on_cores
-from eval.clean.pipeline import RESTORE, CleaningPipeline
+from eval.clean.edits import RESTORE
+from eval.clean.pipeline import CleaningPipeline
 from eval.evaluation_recordings import IMU_SUIT_CLIPS, SENSOR_WALK_FOLDER, TRAIN_FOLDER, check_recordings
 from eval.runs.training_pool import train_all
 from eval.runs.training_spec import RESTORE_PROGRAM, Training, run_name, training_cost

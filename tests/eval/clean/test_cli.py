@@ -347,7 +347,7 @@ def test_feet_that_slide_under_a_still_pelvis_are_a_clip_without_a_root(monkeypa
     angles = 20.0 * np.sin(np.arange(90) / 10.0)
     poses = [posed({"thigh_l_y": angle, "thigh_r_y": -angle}, 1).local_rotations for angle in angles]
     *_, told = cleaned(replace(still(90), local_rotations=np.concat(poses)))
-    assert told.notices[0] == "The recording does not say where the pelvis went, or lets the figure hover; its path was reconstructed."
+    assert told.notices[0].text == "The recording does not say where the pelvis went, or lets the figure hover; its path was reconstructed."
 
 
 def test_who_sits_is_left_alone_and_told(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -355,7 +355,7 @@ def test_who_sits_is_left_alone_and_told(monkeypatch: pytest.MonkeyPatch) -> Non
     shrink_search(monkeypatch)
     monkeypatch.setattr(believed_root, "find_off_feet_spans", lambda _: [believed_root.OffFeetSpan(60, 120, "sits")])
     bvh, out, told = cleaned(standing(180))
-    assert told.notices == ("Somebody sits from 1.0 s to 2.0 s: not for feet on level ground, left to itself.",)
+    assert tuple(map(str, told.notices)) == ("Somebody sits from 1.0 s to 2.0 s: not for feet on level ground, left to itself.",)
     assert told.kept[60:120].all()
     assert not told.kept[[0, 30, 179]].any()
     assert told.restarts == (2.0,)
@@ -371,8 +371,8 @@ def test_all_times_are_those_of_the_file(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(believed_root, "find_off_feet_spans", lambda _: [believed_root.OffFeetSpan(60, 120, "sits")])
     bvh, tpose = as_bvh(standing(180)), as_bvh(posed({}, 120))
     _, told = CleaningPipeline(simulator()).clean(replace(bvh, values=np.concat([tpose.values, bvh.values])), "clip")
-    assert told.notices[0].startswith("The motion begins after a jump at frame 121;")
-    assert told.notices[1].startswith("Somebody sits from 3.0 s to 4.0 s:")
+    assert told.notices[0].text.startswith("The motion begins after a jump at frame 121;")
+    assert told.notices[1].text.startswith("Somebody sits from 3.0 s to 4.0 s:")
     assert told.restarts == (4.0,)
     report = collect_report_data(told)
     assert (report["start_s"], report["seconds"]) == (2.0, 3.0)
@@ -394,8 +394,8 @@ def test_who_is_carried_is_left_in_the_air() -> None:
     one = posed({}, 360)
     path = one.root_position + np.stack([along, 0.0 * along, lift], axis=1)
     *_, told = cleaned(replace(one, root_position=path))
-    assert any("is carried" in notice for notice in told.notices)
-    assert not any("reconstructed" in notice for notice in told.notices)
+    assert any("is carried" in notice.text for notice in told.notices)
+    assert not any("reconstructed" in notice.text for notice in told.notices)
     assert np.ptp(told.after.root_position[:, 2]) == pytest.approx(1.0, abs=0.02)
 
 

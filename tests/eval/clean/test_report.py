@@ -15,6 +15,7 @@ from datasets.motion.humanoid import BODY_NAMES
 from datasets.motion.rotation import from_axis_angle
 from eval.clean import video as clean_film
 from eval.clean.misalignments import Misalignment
+from eval.clean.notices import Notice
 from eval.clean.report import write_clip_report, write_folder_report
 from eval.clean.report_data import CSV_HEADER, collect_report_data, find_most_changed_frames, frames_csv
 from eval.clean.result import CleaningResult
@@ -58,7 +59,7 @@ def cleaning(truth: bool = True) -> CleaningResult:
         confidence=np.where(kept, 0.0, 0.9),
         restarts=(0.75,),
         assist=np.where(np.arange(FRAMES) < 10, 0.08, 0.0),
-        notices=("It sits <down>.",),
+        notices=(Notice("It sits <down>."),),
         misalignments=(Misalignment("foot_l", "left foot toed in", 7.0, 2.0),),
         truth=clean if truth else None,
         damage=(Damage(SPIKE, 7, 9, ("LeftArm",)),),
