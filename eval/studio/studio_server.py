@@ -12,7 +12,7 @@ from eval.studio.scene.ground_marks import add_lights
 from eval.studio.server import open_server
 from eval.studio.state.workspace import Workspace
 
-FRAMES_PER_SECOND = 30.0  # that figures are drawn
+FRAMES_PER_SECOND = 60.0  # that figures are drawn: those of a cleaned clip
 TITLE = "adapt-mimic studio"
 
 
@@ -71,7 +71,7 @@ class StudioServer:
 
     def _run(self) -> None:
         """Let all tabs play."""
-        before = time.monotonic()
+        before = due = time.monotonic()
         while not self._is_closed.is_set():
             now = time.monotonic()
             for tab in list(self._tabs.values()):
@@ -81,4 +81,5 @@ class StudioServer:
                 except Exception:
                     traceback.print_exc()  # a fault of the program; the other tabs go on
             before = now
-            self._is_closed.wait(max(1.0 / FRAMES_PER_SECOND - (time.monotonic() - now), 0.002))
+            due = max(due + 1.0 / FRAMES_PER_SECOND, time.monotonic())  # what was missed is not made up for
+            self._is_closed.wait(due - time.monotonic())

@@ -5,7 +5,8 @@ from typing import Protocol
 
 import viser
 
-from eval.clean.notices import Notice, timeline_notices
+from eval.clean.notices import Notice
+from eval.clean.timeline import timeline_notices
 from eval.studio.page.events import Events
 from eval.studio.state.project import Project
 

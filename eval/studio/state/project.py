@@ -12,7 +12,7 @@ from datasets.performer.reading_options import ReadingOptions
 from eval.clean.edits import PHYSICS, Edits
 from eval.clean.edits_file import edits_path, read_edits, write_edits
 from eval.clean.pipeline import CleaningPipeline
-from eval.clean.progress import expected_seconds
+from eval.clean.progress import COMPARING, SIMULATING, TRANSFERRING, expected_seconds
 from eval.clean.result import CleaningResult
 from eval.clean.samcon import GOOD, QUALITIES
 from eval.clean.session import CleaningSession
@@ -87,7 +87,8 @@ class Project:
         simulated = physics and PHYSICS not in self.edits.without
         search = QUALITIES[self.edits.quality or GOOD] if simulated else None
         threads = self.pipeline.simulator.threads if self.pipeline.simulator else 1
-        expected = expected_seconds(round(self.session.seconds * _BYTES_PER_SECOND), search, threads, report=False)
+        usual = expected_seconds(round(self.session.seconds * _BYTES_PER_SECOND), search, threads, report=False)
+        expected = {stage: usual[stage] for stage in (SIMULATING, TRANSFERRING, COMPARING)}
         self._solver.solve(Request(self.session, self.edits, physics, expected))
         self._changed()
 

@@ -20,7 +20,7 @@ class Request:
         session: Session of the clip.
         edits: Edits.
         physics: Whether what physics has to do is done anew; else only what is kinematic.
-        expected: Usual time of each stage [s].
+        expected: Usual time of each stage that takes time [s].
     """
 
     session: CleaningSession
@@ -110,8 +110,13 @@ class SolverThread:
 
     def _solved(self, request: Request, progress: CleaningProgress) -> Solved | None:
         """Return what came of a request; None if it was stopped."""
+
+        def tell(stage: str, share: float = 0.0) -> None:
+            if stage in request.expected:  # the others take no time in a session that has done them before
+                progress(stage, share)
+
         try:
-            result = request.session.solve(request.edits, request.physics, progress, lambda: self._current is not request)
+            result = request.session.solve(request.edits, request.physics, tell, lambda: self._current is not request)
         except CleaningCancelled:
             return None
         except InputError as error:
