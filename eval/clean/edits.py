@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 
-from configs.errors import require
+from configs.errors import InputError, require
 from datasets.motion.humanoid import BODY_NAMES, split_side
 from datasets.performer.reading_options import ReadingOptions
 from eval.clean.samcon import QUALITIES
@@ -21,6 +21,10 @@ MAX_GROUND_M = 10.0  # m, up and down
 MAX_MISALIGNMENT_DEG = 180.0  # deg, of a rotation vector: half a turn reaches every rotation
 MAX_EDITS = 10_000  # of each kind
 CORRECTABLE_BODIES = tuple(name for name in BODY_NAMES if split_side(name)[0] != "hand")  # hands follow their forearms
+
+
+class EditError(InputError):
+    """An edit that does not fit its clip."""
 
 
 @dataclass(frozen=True)
@@ -137,13 +141,13 @@ def check_within(edits: Edits, start_s: float, stop_s: float) -> None:
         stop_s: Time of its last frame [s].
 
     Raises:
-        InputError: If one does not; names it.
+        EditError: If one does not; names it.
     """
     for kind, several in (("contacts", edits.contacts), ("spans", edits.spans)):
         for number, one in enumerate(several, 1):
-            inside = one.start_s <= stop_s and one.stop_s > start_s
-            clip = f"within the clip, from {start_s:.2f} to {stop_s:.2f} s"
-            require(inside, f"{kind}, entry {number}", f"from {one.start_s:g} to {one.stop_s:g} s", clip)
+            if one.start_s > stop_s or one.stop_s <= start_s:
+                where, clip = f"{one.start_s:g} to {one.stop_s:g} s", f"{start_s:.2f} to {stop_s:.2f} s"
+                raise EditError(f"{kind}, entry {number}, is from {where}, should be within the clip, from {clip}")
 
 
 def combine_reading(told: ReadingOptions, edited: ReadingOptions) -> ReadingOptions:

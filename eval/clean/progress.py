@@ -66,6 +66,11 @@ class CleaningProgress:
         self._share = share
 
     @property
+    def stage_share(self) -> float:
+        """Share of the stage that runs that is done, from 0 to 1; 0 throughout where the stage does not say it."""
+        return self._share
+
+    @property
     def seconds_left(self) -> float:
         """Time that the cleaning will still take [s]."""
         now = self._clock()

@@ -39,8 +39,8 @@ class CleaningResult:
         start_s: Time of the first frame in the file, of which a rest pose at the beginning is no part [s].
         found_contacts: Contacts before a person's edits, shape (T, 2); None where there are no edits.
         off_feet: Spans off the feet.
-        stale: Spans that would be simulated, but were not yet, as they were edited: first and last instant [s].
-        kept_spans: Spans that came back as recorded by a person's wish: first and last instant [s].
+        stale: Spans that would be simulated, but were not yet, as they were edited: first instant and the one after the last [s].
+        kept_spans: Spans that came back as recorded by a person's wish: first instant and the one after the last [s].
         output: Cleaned clip on the performer's own skeleton, at the file's rate.
         ground_m: Height of the ground above the one that was found, as a person edited it, in the file's world [m].
     """

@@ -142,7 +142,7 @@ class CleaningSession:
 
         Raises:
             CleaningCancelled: If it is not; the session can go on.
-            InputError: If an edit is of a time outside the clip.
+            EditError: If an edit is of a time outside the clip.
         """
         edits = edits or Edits()
         check_within(edits, self.start_s, self.start_s + (len(self.recorded) - 1) / FPS)
@@ -285,8 +285,8 @@ class CleaningSession:
         return len(self.recorded), FPS, self.start_s
 
     def _seconds(self, labels: np.ndarray) -> tuple[tuple[float, float], ...]:
-        """Return the first and the last instant of each run of labels (T,) [s]."""
-        return tuple((self.start_s + start / FPS, self.start_s + (stop - 1) / FPS) for start, stop in true_spans(labels).tolist())
+        """Return the first instant of each run of labels (T,) and the one after its last [s]."""
+        return tuple((self.start_s + start / FPS, self.start_s + stop / FPS) for start, stop in true_spans(labels).tolist())
 
 
 def _pose_key(edits: Edits) -> Hashable:

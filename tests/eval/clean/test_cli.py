@@ -15,7 +15,7 @@ from datasets.formats.bvh import Bvh, read_bvh, write_bvh
 from datasets.formats.motion_file import read_motion_file
 from datasets.formats.mvnx import read_mvnx
 from datasets.motion.clip import BodyMotion
-from eval.clean import believed_root
+from eval.clean import believed_root, clean_files
 from eval.clean import cli as clean
 from eval.clean.pipeline import CleaningPipeline
 from eval.clean.report_data import collect_report_data, frames_csv
@@ -177,8 +177,9 @@ def test_a_folder_becomes_a_folder(policy: Path, tmp_path: Path, monkeypatch: py
         pages.append(out.relative_to(tmp_path))
         return {"name": cleaned.name}
 
-    monkeypatch.setattr(clean, "write_clip_report", report)
-    monkeypatch.setattr(clean, "write_folder_report", lambda reports, out: pages.append((out / str(sorted(reports))).relative_to(tmp_path)))
+    monkeypatch.setattr(clean_files, "write_clip_report", report)
+    over_all = lambda reports, out: pages.append((out / str(sorted(reports))).relative_to(tmp_path))  # noqa: E731
+    monkeypatch.setattr(clean_files, "write_folder_report", over_all)
     given = [written(tmp_path / "in" / name) for name in ("a.bvh", "deep/b.BVH")]
     (tmp_path / "in" / "notes.txt").write_text("no clip")
     assert run(tmp_path / "in", "--out", tmp_path / "out", "--policy", policy, "--report", tmp_path / "page") == 0

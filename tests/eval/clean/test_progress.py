@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from eval.clean import cli
+from eval.clean.console_output import ConsoleOutput
 from eval.clean.pipeline import CleaningPipeline
 from eval.clean.progress import (
     COMPARING,
@@ -93,7 +93,8 @@ def test_the_bar_is_there_from_the_start(tmp_path: Path) -> None:
     file = tmp_path / "walk.bvh"
     file.write_bytes(bytes(500_000))
     console = Console(force_terminal=True, width=120, record=True)
-    with cli._progress(console, file, CleaningPipeline(None), False):
+    progress = CleaningProgress(expected_seconds(500_000, None, 1, False))
+    with ConsoleOutput(console).cleaning(file, tmp_path / "out.bvh", progress, (1, 1)):
         pass
     shown = console.export_text()
     assert "walk.bvh reading" in shown
