@@ -26,6 +26,7 @@ from eval.studio.state.view_options import ViewOptions
 from eval.studio.state.workspace import Workspace
 
 PANEL_WIDTH_PX, TIMELINE_HEIGHT_PX, MARGIN_PX = 340, 236, 12
+LEAST_HEIGHT_PX, LEAST_WIDTH_PX = 640, 640  # of a window in which the timeline fits
 TIME_UPDATES_S = 0.12  # between two updates of the timeline's time while it plays; the figures are drawn in every frame
 
 
@@ -50,7 +51,7 @@ class Tab:
         self._unlisten = lambda: None
         self._tracks: ClipTracks | None = None
         self._drawn: tuple[float, int] | None = None
-        self._since_time_s, self._width = 0.0, 0
+        self._since_time_s = 0.0
         self._is_stale, self._was_busy = True, False
         gui = client.gui
         self._stage = Stage(client.scene)
@@ -72,7 +73,7 @@ class Tab:
         with self._panel.add_tab("Notices"):
             self._notices = NoticesPanel(gui, self)
         self._add_keys(gui)
-        self.fit()
+        self._lay_out()
 
     def open(self, path: Path) -> None:
         """Show another clip."""
@@ -119,14 +120,16 @@ class Tab:
             self._since_time_s = 0.0
             self._timeline.show_time()
             self._show_progress()
-            self.fit()
 
-    def fit(self) -> None:
-        """Lay the timeline along the bottom of the window."""
-        width = int(self.client.camera.image_width)
-        if width != self._width:
-            self._width = width
-            self._panel.float(x=MARGIN_PX, y=-MARGIN_PX, width=max(width - 2 * MARGIN_PX, 360), height=TIMELINE_HEIGHT_PX)
+    def _lay_out(self) -> None:
+        """Lay the timeline along the bottom of the window, as wide as it is sure to fit; the user may draw it wider.
+
+        viser tells the canvas's size in the screen's own pixels, of which a page's pixel has one to two; so only its shape counts.
+        """
+        camera = self.client.camera
+        shape = camera.image_width / max(camera.image_height, 1)
+        width = max(LEAST_HEIGHT_PX * shape - 2 * MARGIN_PX, LEAST_WIDTH_PX)
+        self._panel.float(x=MARGIN_PX, y=-MARGIN_PX, width=width, height=TIMELINE_HEIGHT_PX)
 
     def close(self) -> None:
         """Forget the clip; it stays open for other tabs and for a new one."""

@@ -93,7 +93,7 @@ class Stage:
             self._names.append(self._scene.add_label(f"{head}/name", _NAMES[name], position=(0.0, 0.0, _NAME_HEIGHT_M)))
             self._balls.append(self._scene.add_icosphere(f"{WORLD}/{name}/centre", _BALL_M, CENTRE_OF_MASS, visible=False))
             upright = np.array([[[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]])
-            self._lines.append(self._scene.add_line_segments(f"{WORLD}/{name}/plumb", upright, CENTRE_OF_MASS, line_width=2.0, visible=False))
+            self._lines.append(self._scene.add_line_segments(f"{WORLD}/{name}/plumb", upright, CENTRE_OF_MASS, thickness=2.0, thickness_units="screen", visible=False))
         root = tracks.before.root_position * (1.0, 1.0, 0.0)
         self._path = gaussian_filter1d(root, _FOLLOW_STD_S * tracks.before.fps, axis=0, mode="nearest")
         yaw = float(heading(tracks.before.local_rotations[0, 0]))

@@ -8,7 +8,7 @@ from pathlib import Path
 from configs.errors import InputError
 from datasets.formats.motion_file import write_motion_file
 from datasets.performer.performer_clip import read_performer_file
-from eval.clean.cli import pair_inputs_with_outputs
+from eval.clean.output_names import pair_inputs_with_outputs
 from eval.clean.edits import Edits
 from eval.clean.edits_file import edits_path, read_edits
 from eval.clean.pipeline import CleaningPipeline
@@ -44,7 +44,12 @@ class Batch:
         self._settings = Edits(reading=replace(settings.reading, figure=None, skeleton=None), quality=settings.quality, without=settings.without)
         self._pairs = list(pair_inputs_with_outputs(folder, self.target))
         self.num_clips, self._pipeline, self._on_change, self._is_stopped = len(self._pairs), pipeline, on_change, False
-        threading.Thread(target=self._run, daemon=True, name="batch").start()
+        self._thread = threading.Thread(target=self._run, daemon=True, name="batch")
+        self._thread.start()
+
+    def wait(self) -> None:
+        """Wait until all clips are done."""
+        self._thread.join()
 
     def stop(self) -> None:
         """Stop after at most one more stage of the clip that is being cleaned."""

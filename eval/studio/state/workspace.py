@@ -1,7 +1,9 @@
 """Everything that is open in one run of the studio: the folder of clips, uploaded files, the projects of all tabs."""
 
 import threading
+from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 from configs.errors import InputError
@@ -24,12 +26,13 @@ class Workspace:
         uploads: Folder that files which browsers send are kept in.
     """
 
-    def __init__(self, source: Path | None, uploads: Path) -> None:
+    def __init__(self, source: Path | None, uploads: Path, load: Callable[[], CleaningPipeline] | None = None) -> None:
         """Begin to load the networks.
 
         Args:
             source: Clip or folder of clips; None for neither.
             uploads: Folder that uploaded files are kept in; made with the first of them.
+            load: Returns the stages of the cleaning; by default those of the package.
 
         Raises:
             InputError: If there is no such clip or folder.
@@ -45,7 +48,7 @@ class Workspace:
         self._opened: Path | None = None
         self._lock = threading.RLock()
         threads = ThreadPoolExecutor(1, thread_name_prefix="loading")
-        self._pipeline: Future[CleaningPipeline] = threads.submit(CleaningPipeline.load, available_cores())
+        self._pipeline: Future[CleaningPipeline] = threads.submit(load or partial(CleaningPipeline.load, available_cores()))
         threads.shutdown(wait=False)
 
     @property
