@@ -24,7 +24,11 @@ def main(arguments: list[str] | None = None, prog: str = "python -m eval.studio"
     parser.add_argument("source", type=Path, nargs="?", metavar="CLIP or FOLDER", help=f"a {FORMATS_IN_WORDS} file, or a folder of them")
     parser.add_argument("--port", type=int, default=DEFAULT_PORT, help="port of the page, 0 for any that is free (default: %(default)s)")
     parser.add_argument(
-        "--uploads", type=Path, default=DEFAULT_UPLOADS, metavar="DIR", help="folder for clips that are opened on the page (default: %(default)s)"
+        "--uploads",
+        type=Path,
+        default=DEFAULT_UPLOADS,
+        metavar="DIR",
+        help="folder for clips that are opened on the page (default: %(default)s)",
     )
     parser.add_argument("--no-browser", action="store_true", help="only print the page's address")
     options = parser.parse_args(arguments)

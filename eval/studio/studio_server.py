@@ -21,11 +21,13 @@ class StudioServer:
 
     Attributes:
         viewer: Server of the page.
+        tabs: Open tabs, by the number of their connection.
     """
 
     def __init__(self, workspace: Workspace, port: int) -> None:
         """Serve the page on the loopback."""
-        self._workspace, self._tabs, self._is_closed = workspace, dict[int, Tab](), threading.Event()
+        self._workspace, self._is_closed = workspace, threading.Event()
+        self.tabs: dict[int, Tab] = {}
         self.viewer = open_server(port)
         self._prepare()
         self.viewer.on_client_connect(self._enter)
@@ -59,13 +61,13 @@ class StudioServer:
 
     def _enter(self, client: viser.ClientHandle) -> None:
         tab = Tab(client, self._workspace)
-        self._tabs[client.client_id] = tab
+        self.tabs[client.client_id] = tab
         opened = self._workspace.opened
         if opened:
             tab.events.run(lambda: tab.open(opened))
 
     def _leave(self, client: viser.ClientHandle) -> None:
-        tab = self._tabs.pop(client.client_id, None)
+        tab = self.tabs.pop(client.client_id, None)
         if tab:
             tab.close()
 
@@ -74,12 +76,14 @@ class StudioServer:
         before = due = time.monotonic()
         while not self._is_closed.is_set():
             now = time.monotonic()
-            for tab in list(self._tabs.values()):
-                try:
-                    with tab.events.lock:
+            for tab in list(self.tabs.values()):
+                if tab.events.lock.acquire(blocking=False):  # a tab that is busy, as with reading a long clip, holds up no other
+                    try:
                         tab.tick(now - before)
-                except Exception:
-                    traceback.print_exc()  # a fault of the program; the other tabs go on
+                    except Exception:
+                        traceback.print_exc()  # a fault of the program; the other tabs go on
+                    finally:
+                        tab.events.lock.release()
             before = now
             due = max(due + 1.0 / FRAMES_PER_SECOND, time.monotonic())  # what was missed is not made up for
             self._is_closed.wait(due - time.monotonic())

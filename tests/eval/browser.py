@@ -114,7 +114,16 @@ def browser(profile: Path, size: tuple[int, int] = (1000, 700)) -> Iterator[Brow
         pytest.skip(f"needs a browser: none of {', '.join(NAMES)} is installed")
     (hears, say), (hear, says) = os.pipe(), os.pipe()
     ends = [fcntl.fcntl(end, fcntl.F_DUPFD, 10) for end in (hears, says)]  # out of the way of 3 and 4, which a browser listens at
-    command = [sys.executable, "-c", AT_3_AND_4, *map(str, ends), found, *FLAGS, f"--window-size={size[0]},{size[1]}", f"--user-data-dir={profile}"]
+    command = [
+        sys.executable,
+        "-c",
+        AT_3_AND_4,
+        *map(str, ends),
+        found,
+        *FLAGS,
+        f"--window-size={size[0]},{size[1]}",
+        f"--user-data-dir={profile}",
+    ]
     quiet = subprocess.DEVNULL
     process = subprocess.Popen(command, pass_fds=ends, stdout=quiet, stderr=quiet, start_new_session=True)
     for end in (hears, says, *ends):

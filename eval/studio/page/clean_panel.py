@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from html import escape
-from typing import Protocol
 
 import viser
 
@@ -10,15 +9,7 @@ from eval.clean.edits import PHYSICS, RESTORE
 from eval.clean.misalignments import Misalignment
 from eval.clean.result import CleaningResult
 from eval.clean.samcon import GOOD, QUALITIES
-from eval.studio.page.events import Events
-from eval.studio.state.project import Project
-
-
-class Host(Protocol):
-    """What the panel needs of its tab."""
-
-    project: Project | None
-    events: Events
+from eval.studio.page.host import Host
 
 
 class CleanPanel:

@@ -3,32 +3,19 @@
 from dataclasses import replace
 from html import escape
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import viser
 
 from datasets.motion.humanoid import BODY_NAMES, body_in_words
 from datasets.performer.performer_clip import METRES_PER_UNIT, name_of_unit
 from datasets.performer.reading_options import UP_AXES, ReadingOptions
-from eval.studio.page.events import Events
+from eval.studio.page.host import Host
 from eval.studio.state.project import Project
-from eval.studio.state.workspace import Workspace
 
 NO_CLIP, FOUND = "—", "as found"
 ACCEPTED = ".bvh,.mvnx,.amc,.asf,.fbx,.glb,.gltf"
 MAX_NOTICES = 8
-
-
-class Host(Protocol):
-    """What the panel needs of its tab."""
-
-    project: Project | None
-    workspace: Workspace
-    events: Events
-
-    def open(self, path: Path) -> None: ...
-
-    def receive(self, name: str, content: bytes) -> None: ...
 
 
 class ClipPanel:
@@ -40,7 +27,7 @@ class ClipPanel:
         upload = gui.add_upload_button("Open a clip…", icon=viser.Icon.FOLDER_OPEN, mime_type=ACCEPTED, color="blue")
         upload.on_upload(by_user(lambda event: host.receive(event.target.value.name, event.target.value.content)))
         self._files: dict[str, Path] = {}
-        self._list = gui.add_dropdown("Clips", (NO_CLIP,))
+        self._list = gui.add_dropdown("Clips", list[str]([NO_CLIP]))
         self._list.on_update(by_user(self._chosen))
         self._told = gui.add_html("")
         with gui.add_folder("Taken for something else?", expand_by_default=False):
@@ -51,7 +38,7 @@ class ClipPanel:
             self._zero = gui.add_checkbox("Ground to 0", False, hint="put the ground of the output on the height 0")
             self._close = gui.add_checkbox("Close jumps", False, hint="leave jumps of the root out of the output")
             self._body = gui.add_dropdown("Body", tuple(map(body_in_words, BODY_NAMES)))
-            self._joint = gui.add_dropdown("is joint", (FOUND,))
+            self._joint = gui.add_dropdown("is joint", list[str]([FOUND]))
         for control in (self._up, self._unit, self._fps, self._mirror, self._zero, self._close, self._joint):
             control.on_update(by_user(lambda _: self._set_right()))
         self._body.on_update(by_user(lambda _: self._show_joint()))
@@ -64,7 +51,9 @@ class ClipPanel:
         self._list.options = (*([] if project else [NO_CLIP]), *dict.fromkeys((*self._files, *([opened] if project else []))))
         self._list.value = opened
         if project is None:
-            self._told.content = "<div style='padding:4px 10px;opacity:0.7'>Open a BVH, MVNX, AMC, FBX or glTF file, or choose one above.</div>"
+            self._told.content = (
+                "<div style='padding:4px 10px;opacity:0.7'>Open a BVH, MVNX, AMC, FBX or glTF file, or choose one above.</div>"
+            )
             return
         self._told.content = _told(project)
         reading = project.edits.reading
@@ -129,7 +118,11 @@ def _told(project: Project) -> str:
     rows = "".join(f"<li>{escape(part)}</li>" for part in [f"{session.seconds:.2f} s", *read_as.split(", ")])
     lines = [str(notice) for notice in session.notices][:MAX_NOTICES]
     notices = "".join(f"<li>{escape(line)}</li>" for line in lines)
-    told = f"<p style='margin:6px 0 2px 0;font-weight:600'>To be known</p><ul style='margin:0;padding-left:1.2em'>{notices}</ul>" if notices else ""
+    told = (
+        f"<p style='margin:6px 0 2px 0;font-weight:600'>To be known</p><ul style='margin:0;padding-left:1.2em'>{notices}</ul>"
+        if notices
+        else ""
+    )
     return (
         f"<div style='padding:2px 10px 8px 10px;font-size:0.875em;line-height:1.45'><b>{escape(project.name)}</b> is taken for"
         f"<ul style='margin:2px 0;padding-left:1.2em'>{rows}</ul>{told}</div>"

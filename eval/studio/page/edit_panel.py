@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import replace
 from html import escape
-from typing import Protocol
 
 import viser
 
@@ -11,24 +10,14 @@ from datasets.motion.clip import FPS
 from datasets.motion.humanoid import body_in_words
 from eval.clean.edits import CORRECTABLE_BODIES, FEET, PHYSICS, RESTORE, Edits, MisalignmentEdit, SpanEdit
 from eval.clean.samcon import QUALITIES
-from eval.studio.page.events import Events
+from eval.studio.page.host import Host
 from eval.studio.state.contact_bars import with_contact
-from eval.studio.state.playback import Playback
-from eval.studio.state.project import Project
 
 UNDO, REDO = "Undo", "Redo"
 STANDS, SWINGS = "stands", "does not stand"
 AS_CLIP = "as the clip"
 MAX_TURN_DEG = 60.0
 MAX_GROUND_CM = 50.0
-
-
-class Host(Protocol):
-    """What the panel needs of its tab."""
-
-    project: Project | None
-    playback: Playback
-    events: Events
 
 
 class EditPanel:
@@ -59,7 +48,9 @@ class EditPanel:
         with gui.add_folder("Misaligned segment", expand_by_default=False):
             self._body = gui.add_dropdown("Segment", tuple(map(body_in_words, CORRECTABLE_BODIES)))
             self._turn = [gui.add_slider(f"about {axis}", -MAX_TURN_DEG, MAX_TURN_DEG, 0.5, 0.0) for axis in "xyz"]
-            turn = gui.add_button("Correct", hint="degrees that the segment is wrong by, about its own axes: x ahead, y left, z up in a T-pose")
+            turn = gui.add_button(
+                "Correct", hint="degrees that the segment is wrong by, about its own axes: x ahead, y left, z up in a T-pose"
+            )
             turn.on_click(by_user(lambda _: self._correct()))
             self._body.on_update(by_user(lambda _: self._show_turn()))
         with gui.add_folder("Ground", expand_by_default=False):

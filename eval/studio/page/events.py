@@ -13,12 +13,13 @@ class Events:
 
     Attributes:
         lock: Held while a callback runs; whoever changes the tab from elsewhere holds it as well.
+        tell_problem: Shows a problem.
     """
 
     def __init__(self, tell_problem: Callable[[str], None]) -> None:
         """Take the function that shows a problem."""
         self.lock = threading.RLock()
-        self._tell_problem = tell_problem
+        self.tell_problem = tell_problem
 
     def by_user(self, callback: Callable[[Any], None]) -> Callable[[Any], None]:
         """Return a callback that answers to the user alone: viser also calls it for what the program sets."""
@@ -43,7 +44,7 @@ class Events:
         try:
             work()
         except (InputError, RunError) as error:
-            self._tell_problem(str(error))
+            self.tell_problem(str(error))
         except Exception as error:
             traceback.print_exc()  # a fault of the program, whose page goes on
-            self._tell_problem(f"That did not work: {type(error).__name__} (see the terminal).")
+            self.tell_problem(f"That did not work: {type(error).__name__} (see the terminal).")

@@ -1,25 +1,14 @@
 """Notices of a clip: what a person should read, each with a button that goes to its time."""
 
 from html import escape
-from typing import Protocol
 
 import viser
 
 from eval.clean.notices import Notice
 from eval.clean.timeline import timeline_notices
-from eval.studio.page.events import Events
-from eval.studio.state.project import Project
+from eval.studio.page.host import Host
 
 MAX_BUTTONS = 40  # as a page with thousands of controls would be slow
-
-
-class Host(Protocol):
-    """What the panel needs of its tab."""
-
-    project: Project | None
-    events: Events
-
-    def seek(self, time_s: float) -> None: ...
 
 
 class NoticesPanel:
@@ -50,5 +39,5 @@ class NoticesPanel:
         with self._folder:
             for notice in sorted(timed, key=lambda one: one.start_s or 0.0)[:MAX_BUTTONS]:
                 button = self._gui.add_button(f"{notice.start_s:.2f} s  {notice}", color="gray", hint=str(notice))
-                button.on_click(self._host.events.by_user(lambda _, time=notice.start_s: self._host.seek(time)))
+                button.on_click(self._host.events.by_user(lambda _, time=notice.start_s or 0.0: self._host.seek(time)))
                 self._buttons.append(button)

@@ -5,27 +5,15 @@ from collections.abc import Callable
 from html import escape
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Protocol
 
 import viser
 
 from eval.clean.edits_file import edits_path
 from eval.clean.report import write_clip_report
 from eval.pages.output_files import reporting_write_errors
-from eval.studio.page.events import Events
+from eval.studio.page.host import Host
 from eval.studio.state.batch import Batch
 from eval.studio.state.project import Project
-from eval.studio.state.workspace import Workspace
-
-
-class Host(Protocol):
-    """What the panel needs of its tab."""
-
-    project: Project | None
-    workspace: Workspace
-    events: Events
-
-    def tell(self, line: str) -> None: ...
 
 
 class SavePanel:
@@ -34,7 +22,7 @@ class SavePanel:
     def __init__(self, gui: viser.GuiApi, client: viser.ClientHandle, host: Host) -> None:
         """Add the controls."""
         self._host, self._client, by_user = host, client, host.events.by_user
-        self._format = gui.add_dropdown("Format", ("BVH",))
+        self._format = gui.add_dropdown("Format", list[str](["BVH"]))
         self._buttons = [
             gui.add_button("Download", icon=viser.Icon.DOWNLOAD, color="blue"),
             gui.add_button("Save beside the clip", icon=viser.Icon.DEVICE_FLOPPY),

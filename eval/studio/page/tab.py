@@ -3,6 +3,8 @@
 What is done to a clip belongs to its project, which all tabs share; what is seen of it belongs to the tab.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from html import escape
 from pathlib import Path
 
@@ -27,6 +29,7 @@ from eval.studio.state.workspace import Workspace
 
 PANEL_WIDTH_PX, TIMELINE_HEIGHT_PX, MARGIN_PX = 340, 236, 12
 LEAST_HEIGHT_PX, LEAST_WIDTH_PX = 640, 640  # of a window in which the timeline fits
+SAME_SHAPE = 0.04  # of the canvas' width over its height: a change that is none
 TIME_UPDATES_S = 0.12  # between two updates of the timeline's time while it plays; the figures are drawn in every frame
 
 
@@ -51,10 +54,10 @@ class Tab:
         self._unlisten = lambda: None
         self._tracks: ClipTracks | None = None
         self._drawn: tuple[float, int] | None = None
-        self._since_time_s = 0.0
+        self._since_time_s, self._shape = 0.0, 0.0
         self._is_stale, self._was_busy = True, False
         gui = client.gui
-        self._stage = Stage(client.scene)
+        self._stage = Stage(client.scene, lambda body: self.events.run(lambda: self._edit.select_body(body)))
         self._status = gui.add_html("")
         tabs = gui.add_tab_group()
         with tabs.add_tab("Clip"):
@@ -77,11 +80,13 @@ class Tab:
 
     def open(self, path: Path) -> None:
         """Show another clip."""
-        self._show(self.workspace.open(path))
+        with self._reading(path.name):
+            self._show(self.workspace.open(path))
 
     def receive(self, name: str, content: bytes) -> None:
         """Show a clip that the browser sent."""
-        project = self.workspace.receive(name, content)
+        with self._reading(name):
+            project = self.workspace.receive(name, content)
         if project is None:
             self.tell(f"{name} is kept for the AMC files that need it.")
         else:
@@ -120,6 +125,7 @@ class Tab:
             self._since_time_s = 0.0
             self._timeline.show_time()
             self._show_progress()
+            self._lay_out()
 
     def _lay_out(self) -> None:
         """Lay the timeline along the bottom of the window, as wide as it is sure to fit; the user may draw it wider.
@@ -128,8 +134,20 @@ class Tab:
         """
         camera = self.client.camera
         shape = camera.image_width / max(camera.image_height, 1)
+        if abs(shape - self._shape) < SAME_SHAPE:
+            return
+        self._shape = shape
         width = max(LEAST_HEIGHT_PX * shape - 2 * MARGIN_PX, LEAST_WIDTH_PX)
         self._panel.float(x=MARGIN_PX, y=-MARGIN_PX, width=width, height=TIMELINE_HEIGHT_PX)
+
+    @contextmanager
+    def _reading(self, name: str) -> Iterator[None]:
+        """Say meanwhile that a clip is being read."""
+        notification = self.client.add_notification("Studio", f"Reading {name} ...", loading=True, with_close_button=False)
+        try:
+            yield
+        finally:
+            notification.remove()
 
     def close(self) -> None:
         """Forget the clip; it stays open for other tabs and for a new one."""

@@ -8,7 +8,6 @@ from html import escape
 import numpy as np
 
 from datasets.motion.clip import FPS
-
 from eval.clean.edits import FEET
 from eval.clean.result import CleaningResult
 from eval.studio.scene.colours import AFTER, FOOT_COLOURS, UNSURE, in_css
@@ -23,6 +22,7 @@ ROW_PX = 28  # height of a slider's row
 TRUST_PX = 34
 _MAX_POINTS = 600  # of a curve
 _GREY = "#8a8f98"
+TIMES = "\N{MULTIPLICATION SIGN}"
 
 
 def trust_drawing(result: CleaningResult | None, window: Window, start_s: float) -> str:
@@ -35,7 +35,10 @@ def trust_drawing(result: CleaningResult | None, window: Window, start_s: float)
     """
     inside = ""
     if result is not None:
-        spans = [*((span, "#cfd4db", "kept as recorded") for span in result.kept_spans), *((span, "#f2dfb8", "physics is to be done: press Clean") for span in result.stale)]
+        spans = [
+            *((span, "#cfd4db", "kept as recorded") for span in result.kept_spans),
+            *((span, "#f2dfb8", "physics is to be done: press Clean") for span in result.stale),
+        ]
         inside += "".join(_span(window, *span, colour, title) for span, colour, title in spans)
         inside += f'<svg viewBox="0 0 1 1" preserveAspectRatio="none" style="{_FILL}">{_curve(result, window, start_s)}</svg>'
         inside += "".join(_tick(window, time) for time in result.restarts if 0.0 <= window.share(time) <= 1.0)
@@ -48,8 +51,9 @@ _FILL = "position:absolute;inset:0;width:100%;height:100%"
 def foot_drawing(track: ContactTrack | None, foot: str, window: Window) -> str:
     """Return the bars of a foot, which lie on the slider below this."""
     colour, bars = in_css(FOOT_COLOURS[FEET.index(foot)]), ""
+    start_s = track.start_s if track else 0.0
     for bar in track.bars(foot) if track else ():
-        first, last = (np.clip(window.share(track.start_s + frame / FPS), 0.0, 1.0) for frame in (bar.start, bar.stop))
+        first, last = (np.clip(window.share(start_s + frame / FPS), 0.0, 1.0) for frame in (bar.start, bar.stop))
         if first < last:
             bars += (
                 f'<div style="position:absolute;left:{100 * first:.3f}%;width:{100 * (last - first):.3f}%;top:4px;height:11px;'
@@ -61,7 +65,8 @@ def foot_drawing(track: ContactTrack | None, foot: str, window: Window) -> str:
 def playhead_drawing(playback: Playback, window: Window, height_px: int) -> str:
     """Return the line through all rows at the time that is shown."""
     share = window.share(playback.time_s)
-    line = f'<div style="position:absolute;left:{100 * share:.3f}%;top:0;width:2px;margin-left:-1px;height:{height_px}px;background:#d63e3e"></div>'
+    place = f"left:{100 * share:.3f}%;top:0;width:2px;margin-left:-1px;height:{height_px}px"
+    line = f'<div style="position:absolute;{place};background:#d63e3e"></div>'
     return _over(line if 0.0 <= share <= 1.0 else "", height_px)
 
 
@@ -70,7 +75,7 @@ def readout(playback: Playback, window: Window) -> str:
     parts = [
         f'<b style="font-variant-numeric:tabular-nums">{playback.time_s:.3f} s</b>',
         f"frame {playback.frame + 1} of {playback.num_frames}",
-        f"{playback.speed:g}×",
+        f"{playback.speed:g}{TIMES}",
         "looped" if playback.is_looped else "once",
     ]
     whole = window.start_s <= playback.start_s and playback.stop_s <= window.stop_s + 1e-6
@@ -86,7 +91,7 @@ def _row(label: str, inside: str, height_px: int) -> str:
     return (
         f'<div style="display:flex;padding:0 10px 2px 10px;align-items:center"><div style="width:{LABEL_EM}em;flex-shrink:0">'
         f'<span style="font-size:0.875em;font-weight:450;letter-spacing:-0.75px;opacity:0.6">{label}</span></div>'
-        f'<div style="position:relative;flex-grow:1;height:{height_px}px;margin:0 0.1em;background:rgba(128,136,148,0.10);border-radius:3px">'
+        f'<div style="position:relative;flex-grow:1;height:{height_px}px;margin:0 0.1em;background:rgba(128,136,148,0.10)">'
         f"{inside}</div></div>"
     )
 

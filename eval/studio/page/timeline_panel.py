@@ -2,32 +2,21 @@
 
 import threading
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any
 
 import viser
 
 from configs.errors import InputError
 from eval.clean.edits import FEET
-from eval.studio.page.events import Events
-from eval.studio.page.timeline_drawing import ROW_PX, TRUST_PX, foot_drawing, playhead_drawing, readout, trust_drawing
+from eval.studio.page.host import Host
+from eval.studio.page.timeline_drawing import ROW_PX, TIMES, TRUST_PX, foot_drawing, playhead_drawing, readout, trust_drawing
 from eval.studio.state.contact_bars import ContactTrack, moved_bar
-from eval.studio.state.playback import SPEEDS, Playback
-from eval.studio.state.project import Project
+from eval.studio.state.playback import SPEEDS
 from eval.studio.state.timeline_window import BarEnd, Window, bar_ends, dragged_bar, end_time, window_around
 
 PLAY, BACK, ON, PREVIOUS, NEXT, LOOP = "▶ ❚❚", "−1", "+1", "‹ contact", "contact ›", "loop"  # noqa: RUF001 (typography)
 DRAG_REST_S = 0.25  # after which a drag is taken to have ended: viser does not say when the mouse is let go
 _STEP_S = 0.001
-
-
-class Host(Protocol):
-    """What the timeline needs of its tab."""
-
-    project: Project | None
-    playback: Playback
-    events: Events
-
-    def seek(self, time_s: float) -> None: ...
 
 
 class TimelinePanel:
@@ -42,7 +31,9 @@ class TimelinePanel:
         self._window = Window(0.0, 1.0)
         self._drags: dict[str, threading.Timer] = {}
         self._transport = gui.add_button_group(
-            "Play", (PLAY, BACK, ON, PREVIOUS, NEXT, *(f"{speed:g}×" for speed in SPEEDS), LOOP), hint="space plays, arrows step"  # noqa: RUF001
+            "Play",
+            (PLAY, BACK, ON, PREVIOUS, NEXT, *(f"{speed:g}{TIMES}" for speed in SPEEDS), LOOP),
+            hint="space plays, arrows step",
         )
         self._transport.on_click(events.by_user(lambda event: self._press(event.target.value)))
         self._readout = gui.add_html("")
@@ -54,7 +45,9 @@ class TimelinePanel:
         self._feet: dict[str, viser.GuiMultiSliderHandle[float]] = {}
         for foot in FEET:
             self._bars[foot] = gui.add_html("")
-            self._feet[foot] = gui.add_multi_slider(f"{foot.capitalize()} foot", 0.0, 1.0, _STEP_S, (), marks=(), hint="drag a contact's ends")
+            self._feet[foot] = gui.add_multi_slider(
+                f"{foot.capitalize()} foot", 0.0, 1.0, _STEP_S, (), marks=(), hint="drag a contact's ends"
+            )
             self._feet[foot].on_update(events.by_user(self._dragged(foot)))
 
     def refresh(self) -> None:

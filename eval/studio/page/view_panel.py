@@ -1,20 +1,9 @@
 """The view: before and after, on which body, and what is drawn on it."""
 
-from typing import Protocol
-
 import viser
 
-from eval.studio.page.events import Events
-from eval.studio.state.view_options import COMPARISONS, FIGURES, ViewOptions
-
-
-class Host(Protocol):
-    """What the panel needs of its tab."""
-
-    options: ViewOptions
-    events: Events
-
-    def refresh(self) -> None: ...
+from eval.studio.page.host import Host
+from eval.studio.state.view_options import COMPARISONS, FIGURES
 
 
 class ViewPanel:
@@ -28,7 +17,9 @@ class ViewPanel:
         switches = {
             "follows": gui.add_checkbox("Follow", options.follows, hint="the view goes along with the figure"),
             "contacts": gui.add_checkbox("Contacts", options.contacts, hint="colour feet that stand, and draw footprints"),
-            "misalignments": gui.add_checkbox("Misaligned", options.misalignments, hint="colour and name segments whose sensors were misaligned"),
+            "misalignments": gui.add_checkbox(
+                "Misaligned", options.misalignments, hint="colour and name segments whose sensors were misaligned"
+            ),
             "trust": gui.add_checkbox("Trust", options.trust, hint="blue where physics performed it, amber where the recording was kept"),
             "centre_of_mass": gui.add_checkbox("Mass", options.centre_of_mass, hint="centre of mass and the point below it"),
             "shadows": gui.add_checkbox("Shadows", options.shadows, hint="off, where the page is slow"),

@@ -59,7 +59,7 @@ def add_footprints(
         mesh.vertices * (1.0, 1.0, 0.02),
         mesh.faces,
         batched_wxyzs=from_yaw(headings),
-        batched_positions=places + (0.0, 0.0, _PRINT_HEIGHT_M),
+        batched_positions=places + np.array([0.0, 0.0, _PRINT_HEIGHT_M]),
         batched_colors=np.array(FOOT_COLOURS)[feet],
         opacity=0.8,
         lod="off",

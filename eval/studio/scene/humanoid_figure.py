@@ -1,6 +1,6 @@
 """The humanoid in the scene: one mesh for each body, which hangs on its parent's, so that a pose is 20 rotations and one place."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import viser
@@ -52,9 +52,14 @@ class HumanoidFigure:
         """Whether the figure is seen."""
         return self._is_shown
 
-    def place(self, offset: Sequence[float], shown: bool) -> None:
+    def on_click(self, answer: Callable[[str], None]) -> None:
+        """Call ``answer`` with the name of a body that is clicked."""
+        for name, node in zip(BODY_NAMES, self.nodes, strict=True):
+            node.on_click(lambda _, name=name: answer(name))
+
+    def place(self, offset: np.ndarray, shown: bool) -> None:
         """Put the figure aside by ``offset`` [m], and show or hide it."""
-        self._frame.position, self._frame.visible, self._is_shown = np.array(offset, dtype=float), shown, shown
+        self._frame.position, self._frame.visible, self._is_shown = offset, shown, shown
 
     def pose(self, root_position: np.ndarray, local_rotations: np.ndarray) -> None:
         """Pose the figure by the place of its pelvis (3,) [m] and the rotations of its bodies against their parents (20, 4)."""

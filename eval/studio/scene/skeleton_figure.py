@@ -1,7 +1,5 @@
 """A performer's own skeleton in the scene: all bones in one batch, as a pose of 60 joints would take 60 messages else."""
 
-from collections.abc import Sequence
-
 import numpy as np
 import viser
 
@@ -20,7 +18,9 @@ _FACES = np.array([face for one in range(4) for face in ((0, 1 + (one + 1) % 4, 
 class SkeletonFigure:
     """A performer's skeleton of the scene."""
 
-    def __init__(self, scene: viser.SceneApi, path: str, skeleton: Skeleton, joints: np.ndarray, colour: Colour, opacity: float | None) -> None:
+    def __init__(
+        self, scene: viser.SceneApi, path: str, skeleton: Skeleton, joints: np.ndarray, colour: Colour, opacity: float | None
+    ) -> None:
         """Add the bones.
 
         Args:
@@ -51,9 +51,9 @@ class SkeletonFigure:
             lod="off",
         )
 
-    def place(self, offset: Sequence[float], shown: bool) -> None:
+    def place(self, offset: np.ndarray, shown: bool) -> None:
         """Put the figure aside by ``offset`` [m], and show or hide it."""
-        self._frame.position, self._frame.visible = np.array(offset, dtype=float), shown
+        self._frame.position, self._frame.visible = offset, shown
 
     def pose(self, joints: np.ndarray) -> None:
         """Pose the figure by the positions of its joints [m], shape (J, 3)."""

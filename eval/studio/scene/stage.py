@@ -3,6 +3,8 @@
 Everything hangs on one node, the world. Where the view follows the figure the world moves, and not the camera, which is the user's alone.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 import viser
 from scipy.ndimage import gaussian_filter1d
@@ -28,9 +30,9 @@ _NAME_HEIGHT_M = 0.36  # of a figure's name above its head's joint
 class Stage:
     """Scene of one tab."""
 
-    def __init__(self, scene: viser.SceneApi) -> None:
-        """Add ground and light."""
-        self._scene = scene
+    def __init__(self, scene: viser.SceneApi, on_body: Callable[[str], None] = lambda _: None) -> None:
+        """Add ground and light; ``on_body`` is called with the name of a body that is clicked."""
+        self._scene, self._on_body = scene, on_body
         self._world = scene.add_frame(WORLD, show_axes=False)
         add_ground(scene, WORLD)
         self._tracks: ClipTracks | None = None
@@ -89,11 +91,16 @@ class Stage:
         """Add the figures of another clip."""
         for name, colour in (("before", BEFORE), ("after", AFTER)):
             self._humanoids.append(HumanoidFigure(self._scene, f"{WORLD}/{name}", colour))
+            self._humanoids[-1].on_click(self._on_body)
             head = self._humanoids[-1].paths[HEAD_BODY]
             self._names.append(self._scene.add_label(f"{head}/name", _NAMES[name], position=(0.0, 0.0, _NAME_HEIGHT_M)))
             self._balls.append(self._scene.add_icosphere(f"{WORLD}/{name}/centre", _BALL_M, CENTRE_OF_MASS, visible=False))
             upright = np.array([[[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]])
-            self._lines.append(self._scene.add_line_segments(f"{WORLD}/{name}/plumb", upright, CENTRE_OF_MASS, thickness=2.0, thickness_units="screen", visible=False))
+            self._lines.append(
+                self._scene.add_line_segments(
+                    f"{WORLD}/{name}/plumb", upright, CENTRE_OF_MASS, thickness=2.0, thickness_units="screen", visible=False
+                )
+            )
         root = tracks.before.root_position * (1.0, 1.0, 0.0)
         self._path = gaussian_filter1d(root, _FOLLOW_STD_S * tracks.before.fps, axis=0, mode="nearest")
         yaw = float(heading(tracks.before.local_rotations[0, 0]))

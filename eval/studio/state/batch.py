@@ -8,9 +8,9 @@ from pathlib import Path
 from configs.errors import InputError
 from datasets.formats.motion_file import write_motion_file
 from datasets.performer.performer_clip import read_performer_file
-from eval.clean.output_names import pair_inputs_with_outputs
 from eval.clean.edits import Edits
 from eval.clean.edits_file import edits_path, read_edits
+from eval.clean.output_names import pair_inputs_with_outputs
 from eval.clean.pipeline import CleaningPipeline
 from eval.clean.session import CleaningCancelled, CleaningSession
 
@@ -41,7 +41,9 @@ class Batch:
             InputError: If there is no clip.
         """
         self.target, self.lines, self.share, self.is_running = folder / CLEANED, list[str](), 0.0, True
-        self._settings = Edits(reading=replace(settings.reading, figure=None, skeleton=None), quality=settings.quality, without=settings.without)
+        self._settings = Edits(
+            reading=replace(settings.reading, figure=None, skeleton=None), quality=settings.quality, without=settings.without
+        )
         self._pairs = list(pair_inputs_with_outputs(folder, self.target))
         self.num_clips, self._pipeline, self._on_change, self._is_stopped = len(self._pairs), pipeline, on_change, False
         self._thread = threading.Thread(target=self._run, daemon=True, name="batch")

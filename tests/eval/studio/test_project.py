@@ -111,5 +111,5 @@ def test_a_folder_is_cleaned_with_the_same_settings(tmp_path: Path) -> None:
     assert "with its edits" in batch.lines[1]
     assert "c.bvh" in batch.lines[2]
     assert sorted(file.name for file in (folder / "cleaned").iterdir()) == ["a.bvh", "b.bvh"]
-    written = [read_performer_file(folder / "cleaned" / name).values for name in ("a.bvh", "b.bvh")]
-    assert not np.array_equal(*written)  # of the one with another ground
+    one, other = (read_performer_file(folder / "cleaned" / name).values for name in ("a.bvh", "b.bvh"))
+    assert not np.array_equal(one, other)  # of the one with another ground
