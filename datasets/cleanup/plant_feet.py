@@ -56,17 +56,18 @@ def lead_root(motion: BodyMotion, contacts: np.ndarray) -> BodyMotion:
     return replace(motion, root_position=root)
 
 
-def hold_feet(motion: BodyMotion, contacts: np.ndarray) -> BodyMotion:
+def hold_feet(motion: BodyMotion, contacts: np.ndarray, flat: np.ndarray | None = None) -> BodyMotion:
     """Return the clip with feet held still by thighs and knees while they stand: same root, same orientation of the feet.
 
     Args:
         motion: Clip.
         contacts: Whether the left and the right foot stand, shape (T, 2).
+        flat: Frames and feet whose contacts are on the ground at 0, however high the foot is, shape (T, 2); none if None.
     """
     positions, rotations = body_poses(motion)
     soles, local = sole_points(positions, rotations), motion.local_rotations.copy()
     for side, (thigh, shin, foot) in enumerate(_LEGS):
-        offsets = foot_lock_offsets(soles[:, side], contacts[:, side], motion.fps)
+        offsets = foot_lock_offsets(soles[:, side], contacts[:, side], motion.fps, None if flat is None else flat[:, side])
         moved = np.flatnonzero(offsets.any(axis=1))
         turned, flexion = leg_ik(
             positions[moved, thigh],

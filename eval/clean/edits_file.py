@@ -32,19 +32,15 @@ def read_edits(path: Path) -> Edits:
         InputError: If there is no such file, or something in it is wrong; names the file and the place in it.
     """
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise InputError(f"{path}: {path.stat().st_size} bytes are too long for a file of edits, {MAX_BYTES} are the most")
-        table = json.loads(path.read_text(encoding="utf-8"), parse_constant=_no_number)
+        size = path.stat().st_size
+        require(size <= MAX_BYTES, "its length", f"{size} bytes", f"at most {MAX_BYTES} for edits")
+        return edits_from_json(json.loads(path.read_text(encoding="utf-8"), parse_constant=_no_number))
     except OSError as error:
         raise InputError(f"{path}: the edits cannot be read: {error.strerror}") from None
-    except (ValueError, RecursionError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{path}: no file of edits, as it is no JSON ({' '.join(str(error).split())[:100]})") from None
-    try:
-        return edits_from_json(table)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: no file of edits, as it is no JSON ({' '.join(str(error).split())[:100]})") from None
 
 
 def write_edits(edits: Edits, path: Path) -> None:
