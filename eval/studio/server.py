@@ -2,7 +2,8 @@
 
 import http
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
+from io import StringIO
 from typing import Any
 
 import viser
@@ -24,7 +25,7 @@ def open_server(port: int) -> viser.ViserServer:
     Raises:
         RunError: If requests cannot be checked, as with another viser than the one that this was written for.
     """
-    with _checked_requests() as is_checked:
+    with _checked_requests() as is_checked, redirect_stdout(StringIO()):  # viser prints addresses in a frame of its own
         server = viser.ViserServer(LOOPBACK, port, verbose=False)
     if not is_checked():
         server.stop()

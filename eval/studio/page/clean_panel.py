@@ -76,12 +76,17 @@ def summary(result: CleaningResult) -> str:
     simulated = float(result.simulated.mean())
     lines = [
         f"{simulated:.0%} performed by the humanoid" if simulated else "kinematic stages alone so far",
-        *([f"{len(result.restarts)} restarts of the simulation"] if result.restarts else []),
+        *([f"{counted(len(result.restarts), 'restart')} of the simulation"] if result.restarts else []),
         *([f"<b>Clean</b> once more: physics of {stale:.1f} s is to be done"] if stale else []),
-        f"{len(result.before) / fps:.1f} s, {len(result.moved)} spans in which a joint was moved far",
+        f"{len(result.before) / fps:.1f} s, {counted(len(result.moved), 'span')} in which a joint was moved far",
     ]
     wrong = _misaligned(result.misalignments)
     return _line("<br>".join(lines) + wrong)
+
+
+def counted(number: int, noun: str) -> str:
+    """Return a number of things, such as "1 span" or "2 spans"."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def _misaligned(misalignments: tuple[Misalignment, ...]) -> str:

@@ -55,7 +55,7 @@ class ClipPanel:
                 "<div style='padding:4px 10px;opacity:0.7'>Open a BVH, MVNX, AMC, FBX or glTF file, or choose one above.</div>"
             )
             return
-        self._told.content = _told(project)
+        self._told.content = describe_clip(project)
         reading = project.edits.reading
         self._up.value = reading.up_axis.upper() if reading.up_axis else FOUND
         self._unit.value = name_of_unit(reading.unit) if reading.unit and name_of_unit(reading.unit) in METRES_PER_UNIT else FOUND
@@ -111,7 +111,7 @@ class ClipPanel:
             self.refresh()
 
 
-def _told(project: Project) -> str:
+def describe_clip(project: Project) -> str:
     """Return what the recording was taken for, and what is to be known of it."""
     session = project.session
     read_as = session.read_as.removeprefix("read as: ")

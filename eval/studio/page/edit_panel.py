@@ -10,6 +10,7 @@ from datasets.motion.clip import FPS
 from datasets.motion.humanoid import body_in_words
 from eval.clean.edits import CORRECTABLE_BODIES, FEET, PHYSICS, RESTORE, Edits, MisalignmentEdit, SpanEdit
 from eval.clean.samcon import QUALITIES
+from eval.studio.page.clean_panel import counted
 from eval.studio.page.host import Host
 from eval.studio.state.contact_bars import with_contact
 
@@ -167,7 +168,7 @@ def told(edits: Edits, num_undone: int) -> str:
     undone = f" · {num_undone} undone" if num_undone else ""
     rows = "".join(f"<li>{escape(line)}</li>" for line in lines[-12:])
     return (
-        f"<div style='padding:2px 10px 8px 10px;font-size:0.875em;line-height:1.45'><b>{len(lines)} edits</b>{undone}"
+        f"<div style='padding:2px 10px 8px 10px;font-size:0.875em;line-height:1.45'><b>{counted(len(lines), 'edit')}</b>{undone}"
         f"<ul style='margin:2px 0;padding-left:1.2em'>{rows}</ul></div>"
     )
 

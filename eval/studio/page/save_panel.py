@@ -14,6 +14,7 @@ from eval.pages.output_files import reporting_write_errors
 from eval.studio.page.host import Host
 from eval.studio.state.batch import Batch
 from eval.studio.state.project import Project
+from eval.studio.state.saved_files import cleaned_path
 
 
 class SavePanel:
@@ -111,8 +112,3 @@ class SavePanel:
         if folder and host.project:
             self._batch = Batch(folder, host.project.edits, host.workspace.pipeline, lambda: host.events.run(self.show_progress))
             self.show_progress()
-
-
-def cleaned_path(clip: Path, suffix: str) -> Path:
-    """Return where a clip's clean one goes, beside it and never over it."""
-    return clip.with_name(f"{clip.stem}_clean{suffix}")

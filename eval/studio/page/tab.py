@@ -196,7 +196,11 @@ class Tab:
             playback.step(frames)
             self._timeline.show_time()
 
-        gui.add_command("Play or pause", hotkey="space").on_trigger(by_user(lambda _: playback.play(not playback.is_playing)))
+        def toggle() -> None:
+            self._timeline.ignore_buttons()
+            playback.play(not playback.is_playing)
+
+        gui.add_command("Play or pause", hotkey="space").on_trigger(by_user(lambda _: toggle()))
         gui.add_command("One frame back", hotkey="arrowleft").on_trigger(by_user(lambda _: step(-1)))
         gui.add_command("One frame on", hotkey="arrowright").on_trigger(by_user(lambda _: step(1)))
         gui.add_command("Previous contact", hotkey="arrowup").on_trigger(by_user(lambda _: self._timeline.go_to_contact(-1)))

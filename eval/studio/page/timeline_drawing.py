@@ -35,7 +35,10 @@ def trust_drawing(result: CleaningResult | None, window: Window, start_s: float)
     """
     inside = ""
     if result is not None:
+        fps = result.before.fps
+        off_feet = [(result.start_s + span.start / fps, result.start_s + span.stop / fps) for span in result.off_feet]
         spans = [
+            *((span, "#dde1e7", "off the feet") for span in off_feet),
             *((span, "#cfd4db", "kept as recorded") for span in result.kept_spans),
             *((span, "#f2dfb8", "physics is to be done: press Clean") for span in result.stale),
         ]

@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Callable
+from time import monotonic
 from typing import Any
 
 import viser
@@ -15,6 +16,7 @@ from eval.studio.state.playback import SPEEDS
 from eval.studio.state.timeline_window import BarEnd, Window, bar_ends, dragged_bar, end_time, window_around
 
 PLAY, BACK, ON, PREVIOUS, NEXT, LOOP = "▶ ❚❚", "−1", "+1", "‹ contact", "contact ›", "loop"  # noqa: RUF001 (typography)
+KEY_S = 0.4  # after the space key, in which a button that has the focus is taken to be pressed by that key
 DRAG_REST_S = 0.25  # after which a drag is taken to have ended: viser does not say when the mouse is let go
 _STEP_S = 0.001
 
@@ -30,6 +32,7 @@ class TimelinePanel:
         self._track: ContactTrack | None = None
         self._window = Window(0.0, 1.0)
         self._drags: dict[str, threading.Timer] = {}
+        self._key_time_s = -KEY_S
         self._transport = gui.add_button_group(
             "Play",
             (PLAY, BACK, ON, PREVIOUS, NEXT, *(f"{speed:g}{TIMES}" for speed in SPEEDS), LOOP),
@@ -99,8 +102,14 @@ class TimelinePanel:
         self._ends[foot] = bar_ends(self._track, foot, self._window) if self._track else []
         self._feet[foot].value = tuple(end_time(self._track, end) for end in self._ends[foot]) if self._track else ()
 
+    def ignore_buttons(self) -> None:
+        """Take no button of the transport for a moment: the space key also presses the one that has the focus."""
+        self._key_time_s = monotonic()
+
     def _press(self, button: str) -> None:
         """Do what a button of the transport says."""
+        if monotonic() - self._key_time_s < KEY_S:
+            return
         host = self._host
         playback = host.playback
         if button == PLAY:

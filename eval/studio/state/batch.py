@@ -13,6 +13,7 @@ from eval.clean.edits_file import edits_path, read_edits
 from eval.clean.output_names import pair_inputs_with_outputs
 from eval.clean.pipeline import CleaningPipeline
 from eval.clean.session import CleaningCancelled, CleaningSession
+from eval.studio.state.saved_files import is_cleaned
 
 CLEANED = "cleaned"  # folder in that of the clips, into which clean ones go
 
@@ -44,7 +45,7 @@ class Batch:
         self._settings = Edits(
             reading=replace(settings.reading, figure=None, skeleton=None), quality=settings.quality, without=settings.without
         )
-        self._pairs = list(pair_inputs_with_outputs(folder, self.target))
+        self._pairs = [pair for pair in pair_inputs_with_outputs(folder, self.target) if not is_cleaned(pair[0])]
         self.num_clips, self._pipeline, self._on_change, self._is_stopped = len(self._pairs), pipeline, on_change, False
         self._thread = threading.Thread(target=self._run, daemon=True, name="batch")
         self._thread.start()

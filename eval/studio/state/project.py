@@ -68,6 +68,11 @@ class Project:
         return self.history.present
 
     @property
+    def is_shown(self) -> bool:
+        """Whether a tab shows the clip."""
+        return bool(self._told)
+
+    @property
     def track(self) -> ContactTrack | None:
         """Contacts of the result."""
         return ContactTrack(self.result.contacts, self.result.start_s) if self.result else None

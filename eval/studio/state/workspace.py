@@ -12,10 +12,13 @@ from datasets.formats.motion_file import FORMATS_IN_WORDS, is_motion_file
 from datasets.library.sources import find_readable_files
 from eval.clean.edits_file import edits_path
 from eval.clean.pipeline import CleaningPipeline
+from eval.studio.state.batch import CLEANED
 from eval.studio.state.project import Project
+from eval.studio.state.saved_files import is_cleaned
 from eval.studio.state.uploads import SKELETON_SUFFIX, keep_file, received_file
 
 MAX_LISTED = 500  # files of a folder
+MAX_OPEN = 8  # clips that are kept open without a tab that shows them, the newest; their edits are in their files
 
 
 class Workspace:
@@ -77,6 +80,7 @@ class Workspace:
             if path not in self._projects:
                 self._projects[path] = Project(path, self.pipeline)
                 self._projects[path].clean(physics=False)
+                self._close_old()
             self._opened = path
             return self._projects[path]
 
@@ -101,6 +105,12 @@ class Workspace:
                 project.clean(physics=False)
         return self.open(kept)
 
+    def _close_old(self) -> None:
+        """Close clips that no tab shows, but for the newest."""
+        unseen = [path for path, project in self._projects.items() if not project.is_shown]
+        for path in unseen[:-MAX_OPEN]:
+            self._projects.pop(path).close()
+
     def close(self) -> None:
         """Stop all solving."""
         for project in self._projects.values():
@@ -109,6 +119,6 @@ class Workspace:
 
 def _clips_in(folder: Path) -> list[Path]:
     try:
-        return find_readable_files(folder)
+        return [file for file in find_readable_files(folder) if CLEANED not in file.relative_to(folder).parts and not is_cleaned(file)]
     except InputError:  # none in it
         return []
