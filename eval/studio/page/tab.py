@@ -3,19 +3,22 @@
 What is done to a clip belongs to its project, which all tabs share; what is seen of it belongs to the tab.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from html import escape
 from pathlib import Path
 
 import viser
 
+from datasets.joints.mapping_draft import JointMapError
+from datasets.performer.reading_options import ReadingOptions
 from eval.clean.result import CleaningResult
 from eval.clean.session import CleaningSession
 from eval.studio.page.clean_panel import CleanPanel
 from eval.studio.page.clip_panel import ClipPanel
 from eval.studio.page.edit_panel import EditPanel
 from eval.studio.page.events import Events
+from eval.studio.page.joint_question import ask_for_joints
 from eval.studio.page.notices_panel import NoticesPanel
 from eval.studio.page.save_panel import SavePanel
 from eval.studio.page.timeline_panel import TimelinePanel
@@ -78,19 +81,19 @@ class Tab:
         self._add_keys(gui)
         self._lay_out()
 
-    def open(self, path: Path) -> None:
-        """Show another clip."""
-        with self._reading(path.name):
-            self._show(self.workspace.open(path))
+    def open(self, path: Path, reading: ReadingOptions | None = None) -> None:
+        """Show another clip; ask the user where its joints are not found."""
+        with self._reading(path.name, lambda told: self.open(path, told)):
+            self._show(self.workspace.open(path, reading))
 
-    def receive(self, name: str, content: bytes) -> None:
-        """Show a clip that the browser sent."""
-        with self._reading(name):
-            project = self.workspace.receive(name, content)
-        if project is None:
-            self.tell(f"{name} is kept for the AMC files that need it.")
-        else:
-            self._show(project)
+    def receive(self, name: str, content: bytes, reading: ReadingOptions | None = None) -> None:
+        """Show a clip that the browser sent; ask the user where its joints are not found."""
+        with self._reading(name, lambda told: self.receive(name, content, told)):
+            project = self.workspace.receive(name, content, reading)
+            if project is None:
+                self.tell(f"{name} is kept for the AMC files that need it.")
+            else:
+                self._show(project)
 
     def seek(self, time_s: float) -> None:
         """Show a time [s]."""
@@ -141,11 +144,13 @@ class Tab:
         self._panel.float(x=MARGIN_PX, y=-MARGIN_PX, width=width, height=TIMELINE_HEIGHT_PX)
 
     @contextmanager
-    def _reading(self, name: str) -> Iterator[None]:
-        """Say meanwhile that a clip is being read."""
+    def _reading(self, name: str, again: Callable[[ReadingOptions], None]) -> Iterator[None]:
+        """Say meanwhile that a clip is being read; if its joints are not found, ask, and read it ``again`` with the answer."""
         notification = self.client.add_notification("Studio", f"Reading {name} ...", loading=True, with_close_button=False)
         try:
             yield
+        except JointMapError as error:
+            ask_for_joints(self.client.gui, self.events, error, again)
         finally:
             notification.remove()
 

@@ -2,11 +2,13 @@
 
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from configs.errors import InputError
 from datasets.formats.bvh import Bvh
 from datasets.formats.motion_file import writable_suffixes, write_motion_file
+from datasets.joints.mapping_draft import JointMapError
 from datasets.performer.performer_clip import read_performer_file
 from datasets.performer.reading_options import ReadingOptions
 from eval.clean.edits import PHYSICS, Edits
@@ -36,25 +38,27 @@ class Project:
         version: Counts the changes of everything that is shown.
     """
 
-    def __init__(self, path: Path, pipeline: CleaningPipeline, read_from: Path | None = None) -> None:
+    def __init__(self, path: Path, pipeline: CleaningPipeline, reading: ReadingOptions | None = None) -> None:
         """Read a clip and the edits beside it.
 
         Args:
             path: File of the clip, beside which its edits are kept.
             pipeline: Stages of the cleaning.
-            read_from: Where the file is for now, if not there.
+            reading: What the user says of the file, if that is not what the edits say.
 
         Raises:
-            InputError: If the file or its edits cannot be read.
+            InputError: If the file or its edits cannot be read; a ``JointMapError`` if its joints are not found.
         """
         self.path, self.pipeline = path, pipeline
         self.history, self.result, self.problem, self.version = EditHistory(), None, "", 0
         kept = edits_path(path)
         if kept.is_file():
             self.history.present = read_edits(kept)
+        if reading is not None:
+            self.history.present = replace(self.history.present, reading=reading)
         self._told: list[Callable[[], None]] = []
         self._lock = threading.RLock()
-        self._bvh, self.session = self._read(self.history.present.reading, read_from or path)
+        self._bvh, self.session = self._read(self.history.present.reading)
         self._solver = SolverThread(self._solved)
 
     @property
@@ -153,6 +157,12 @@ class Project:
             raise InputError(f"{out.name} is the recording itself, should be another file's name")
         return write_motion_file(out, self.session.write(result), self.path)
 
+    def move(self, path: Path) -> None:
+        """Take note that the file is at ``path`` now, and keep what was said of it beside that."""
+        self.path = path
+        if self.edits != Edits():
+            write_edits(self.edits, edits_path(path))
+
     def close(self) -> None:
         """Stop solving, and end the thread."""
         self._solver.close()
@@ -160,7 +170,7 @@ class Project:
     def _take(self, edits: Edits, hold: Callable[[], bool]) -> None:
         """Let other edits hold by ``hold`` once the clip is read as they say and they are in their file."""
         if edits.reading != self.edits.reading:
-            bvh, session = self._read(edits.reading, self.path)
+            bvh, session = self._read(edits.reading)
             write_edits(edits, edits_path(self.path))
             self._bvh, self.session, self.result = bvh, session, None
         else:
@@ -168,13 +178,15 @@ class Project:
         hold()
         self.clean(physics=False)
 
-    def _read(self, reading: ReadingOptions, path: Path) -> tuple[Bvh, CleaningSession]:
+    def _read(self, reading: ReadingOptions) -> tuple[Bvh, CleaningSession]:
         """Return the contents of the file and a session, read as the user says."""
         try:
-            bvh = read_performer_file(path, reading)
+            bvh = read_performer_file(self.path, reading)
             return bvh, CleaningSession(bvh, self.name, self.pipeline, reading)
+        except JointMapError as error:
+            raise JointMapError(f"{self.path.name}: {error}", error.draft, self.name) from error
         except InputError as error:
-            raise InputError(str(error).replace(str(path), path.name)) from error
+            raise InputError(str(error).replace(str(self.path), self.path.name)) from error
 
     def _solved(self, solved: Solved) -> None:
         """Take a result over; called by the solver's thread."""

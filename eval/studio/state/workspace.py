@@ -10,6 +10,7 @@ from configs.errors import InputError
 from configs.process_pool import available_cores
 from datasets.formats.motion_file import FORMATS_IN_WORDS, is_motion_file
 from datasets.library.sources import find_readable_files
+from datasets.performer.reading_options import ReadingOptions
 from eval.clean.edits_file import edits_path
 from eval.clean.pipeline import CleaningPipeline
 from eval.studio.state.batch import CLEANED
@@ -69,23 +70,33 @@ class Workspace:
         found = [file for folder in (self.folder, self.uploads) if folder is not None and folder.is_dir() for file in _clips_in(folder)]
         return list(dict.fromkeys(file.resolve() for file in [*([self.first] if self.first else []), *found]))[:MAX_LISTED]
 
-    def open(self, path: Path) -> Project:
+    def open(self, path: Path, reading: ReadingOptions | None = None) -> Project:
         """Return the project of a file; the same one for all tabs.
 
+        Args:
+            path: File.
+            reading: What the user says of a file that could not be read without.
+
         Raises:
-            InputError: If the file cannot be read.
+            InputError: If the file cannot be read; a ``JointMapError`` if its joints are not found.
         """
         path = path.resolve()
         with self._lock:
             if path not in self._projects:
-                self._projects[path] = Project(path, self.pipeline)
+                self._projects[path] = Project(path, self.pipeline, reading)
+                self._projects[path].move(path)  # what was said of it is kept
                 self._projects[path].clean(physics=False)
                 self._close_old()
             self._opened = path
             return self._projects[path]
 
-    def receive(self, name: str, content: bytes) -> Project | None:
+    def receive(self, name: str, content: bytes, reading: ReadingOptions | None = None) -> Project | None:
         """Return the project of a file that a browser sent; None for a skeleton, which is kept for the clips that need it.
+
+        Args:
+            name: Name that the browser sent.
+            content: Contents.
+            reading: What the user says of a file that could not be read without.
 
         Raises:
             InputError: If it is no motion file that can be read; then nothing of it is kept.
@@ -94,13 +105,13 @@ class Workspace:
             if file.suffix == SKELETON_SUFFIX:
                 keep_file(file, self.uploads)
                 return None
-            project = Project(file, self.pipeline)  # whatever is wrong with the file is found before it is kept
+            project = Project(file, self.pipeline, reading)  # whatever is wrong with the file is found before it is kept
             kept = keep_file(file, self.uploads).resolve()
         with self._lock:
             if kept in self._projects or edits_path(kept).is_file():  # it was here before
                 project.close()
             else:
-                project.path = kept
+                project.move(kept)
                 self._projects[kept] = project
                 project.clean(physics=False)
         return self.open(kept)
