@@ -37,7 +37,7 @@ LAYERS = {
         {"live", "metrics", "runs", "backends"},
         {"", "pages"},
         {"clean", "report", "study.framework", "study.suit", "benchmark.contacts", "benchmark.peers", "benchmark.timing"},
-        {"study.clean", "study.lobstr", "study.policy", "study.root", "benchmark.scaling", "studio.state"},
+        {"agent_server", "study.clean", "study.lobstr", "study.policy", "study.root", "benchmark.scaling", "studio.state"},
         {"study.search", "study.restore", "studio.scene"},
         {"study", "studio.page"},
         {"benchmark", "studio"},

@@ -99,7 +99,7 @@ def clean_files(job: CleaningJob, output: Output) -> None:
         try:
             page = clean_clip(job, file, out, clips, output, (number, len(clips)))
         except InputError as failure:
-            told = _told(failure, file, drafts)
+            told = told_failure(failure, file, drafts)
             output.failed(file, told, job.source.is_dir())
             if job.source.is_file():
                 raise InputError(told) from failure
@@ -182,7 +182,7 @@ def _progress(job: CleaningJob, file: Path, edits: Edits) -> CleaningProgress:
     return CleaningProgress(expected_seconds(file.stat().st_size, search, threads, job.report is not None))
 
 
-def _told(failure: InputError, file: Path, drafts: set[str]) -> str:
+def told_failure(failure: InputError, file: Path, drafts: set[str]) -> str:
     """Return the line about a clip that failed; the draft of a mapping file is saved once for all clips of the same skeleton."""
     error: InputError = failure
     if isinstance(failure, JointMapError) and failure.draft not in drafts:

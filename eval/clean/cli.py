@@ -20,6 +20,7 @@ from eval.clean.edits import STAGES
 from eval.clean.event_output import EventOutput
 from eval.clean.pipeline import CleaningPipeline
 from eval.clean.samcon import GOOD, QUALITIES
+from eval.clean.watch import watch_folder
 from eval.pages.output_files import check_writable
 from trainers.runs.run_log import make_console
 
@@ -54,6 +55,7 @@ def main(arguments: list[str] | None = None, prog: str = "python -m eval.clean")
     )
     parser.add_argument("--threads", type=int, metavar="N", default=available_cores(), help="cores to use (default: all, %(default)s here)")
     parser.add_argument("--json", action="store_true", help="write events to standard output, one JSON object a line, and nothing else")
+    parser.add_argument("--watch", action="store_true", help="go on: clean files of the folder IN as they appear or change, until Ctrl-C")
     add_reading_options(parser)
     options = parse_reading(parser, arguments)
     if not options.json:
@@ -85,4 +87,7 @@ def _run(options: argparse.Namespace, output: Output) -> None:
     search = replace(QUALITIES[options.quality or GOOD], assist_force_bw=options.assist)
     pipeline = CleaningPipeline.load(options.threads, options.policy, search).without(options.without)
     job = CleaningJob(options.source, options.out, pipeline, options.report, reading, options.edits, options.quality)
-    clean_files(job, output)
+    if options.watch:
+        watch_folder(job, output)
+    else:
+        clean_files(job, output)

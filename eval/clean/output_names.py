@@ -19,14 +19,7 @@ def pair_inputs_with_outputs(source: Path, target: Path) -> Iterator[tuple[Path,
     if not source.exists():
         raise InputError(f"{source}: no such file or folder; name a {FORMATS_IN_WORDS} file or a folder of them")
     if source.is_dir():
-        if target.is_file() or is_motion_file(target):
-            raise InputError(f"--out {target} is a file's name, should be a folder's, for the clips of {source}")
-        if target.resolve() == source.resolve():
-            raise InputError(f"--out {target} is the folder of the clips itself, should be another one")
-        found = find_readable_files(source)
-        files = [file for file in found if target.resolve() not in file.resolve().parents]  # not what was cleaned before
-        names = [file.relative_to(source) for file in files]
-        yield from ((file, target / output_name(name, names)) for file, name in zip(files, names, strict=True))
+        yield from pair_folder(source, target, find_readable_files(source))
         return
     if not is_motion_file(source):
         raise InputError(f"{source}: no {FORMATS_IN_WORDS} file; a clip to clean is one")
@@ -37,6 +30,21 @@ def pair_inputs_with_outputs(source: Path, target: Path) -> Iterator[tuple[Path,
     if target.resolve() == source.resolve():
         raise InputError(f"--out {target} is the clip itself, should be another file's name")
     yield source, target
+
+
+def pair_folder(source: Path, target: Path, found: Sequence[Path]) -> list[tuple[Path, Path]]:
+    """Return each of the files found in a folder, but what was cleaned before, and where its clean clip goes.
+
+    Raises:
+        InputError: If the target cannot take them.
+    """
+    if target.is_file() or is_motion_file(target):
+        raise InputError(f"--out {target} is a file's name, should be a folder's, for the clips of {source}")
+    if target.resolve() == source.resolve():
+        raise InputError(f"--out {target} is the folder of the clips itself, should be another one")
+    files = [file for file in found if target.resolve() not in file.resolve().parents]
+    names = [file.relative_to(source) for file in files]
+    return [(file, target / output_name(name, names)) for file, name in zip(files, names, strict=True)]
 
 
 def output_name(name: Path, names: Sequence[Path]) -> Path:
