@@ -42,7 +42,7 @@ class EditPanel:
             self._quality = gui.add_dropdown("Quality", (AS_CLIP, *QUALITIES))
             self._poses = gui.add_checkbox("Poses", True)
             self._physics = gui.add_checkbox("Physics", True)
-            other = gui.add_button("Clean the span so", hint="with these settings instead of the clip's")
+            other = gui.add_button("Clean with these settings", hint="with these settings instead of the clip's")
             other.on_click(by_user(lambda _: self._clean_span()))
             forget = gui.add_button("Forget edits in the span", color="gray")
             forget.on_click(by_user(lambda _: self._forget()))

@@ -7,13 +7,15 @@ import numpy as np
 import pytest
 
 from configs.errors import InputError
-from datasets.formats.motion_file import write_motion_file
 from datasets.performer.performer_clip import read_performer_file
 from datasets.performer.reading_options import ReadingOptions
+from eval.clean.cli import main
 from eval.clean.edits import LEFT, PHYSICS, ContactEdit, Edits
 from eval.clean.edits_file import edits_path, read_edits
-from eval.clean.session import CleaningSession
+from eval.clean.pipeline import CleaningPipeline
 from eval.studio.state.batch import Batch
+from eval.studio.state.workspace import Workspace
+from tests.eval.clean.clean_parts import saved, shrink_search
 from tests.eval.studio.studio_parts import FRAMES, small_pipeline, workspace, write_clip
 
 SWINGS = Edits(contacts=(ContactEdit(LEFT, 0.5, 1.0, False),))
@@ -53,19 +55,31 @@ def test_edits_are_kept_in_their_file_and_undone(tmp_path: Path) -> None:
         assert tomorrow.open(clip).edits == SWINGS
 
 
-def test_what_is_saved_is_what_a_session_writes_with_the_same_edits(tmp_path: Path) -> None:
-    clip = write_clip(tmp_path)
-    with workspace(clip, tmp_path / "kept") as opened:
-        project = opened.open(clip)
-        project.change(SWINGS)
-        result = project.solve_wholly()
-        assert not result.stale
-        assert project.solve_wholly() is result  # nothing to do
-        project.write(result, tmp_path / "page.bvh")
-        with pytest.raises(InputError, match="the recording itself"):
-            project.write(result, clip)
-    session = CleaningSession(read_performer_file(clip, None), clip.stem, small_pipeline())
-    write_motion_file(tmp_path / "command.bvh", session.write(session.solve(read_edits(edits_path(clip)))), clip)
+def test_what_is_saved_is_what_the_command_writes_with_the_same_edits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shrink_search(monkeypatch)
+    clip, policy = write_clip(tmp_path), saved(tmp_path)
+    opened = Workspace(clip, tmp_path / "kept", lambda: CleaningPipeline.load(1, policy))
+    project = opened.open(clip)
+    project.change(SWINGS)
+    result = project.solve_wholly()
+    assert not result.stale
+    assert project.solve_wholly() is result  # nothing to do
+    project.write(result, tmp_path / "page.bvh")
+    with pytest.raises(InputError, match="the recording itself"):
+        project.write(result, clip)
+    opened.close()
+    command = [
+        str(clip),
+        "--out",
+        str(tmp_path / "command.bvh"),
+        "--edits",
+        str(edits_path(clip)),
+        "--policy",
+        str(policy),
+        "--threads",
+        "1",
+    ]
+    assert main(command) == 0
     assert (tmp_path / "page.bvh").read_bytes() == (tmp_path / "command.bvh").read_bytes()
 
 
