@@ -3,6 +3,7 @@
 import threading
 import time
 import traceback
+import warnings
 
 import viser
 
@@ -26,6 +27,7 @@ class StudioServer:
 
     def __init__(self, workspace: Workspace, port: int) -> None:
         """Serve the page on the loopback."""
+        warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)  # a tab may close at any time
         self._workspace, self._is_closed = workspace, threading.Event()
         self.tabs: dict[int, Tab] = {}
         self.viewer = open_server(port)

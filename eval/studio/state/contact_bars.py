@@ -57,9 +57,10 @@ def with_contact(edits: Edits, contact: ContactEdit) -> Edits:
     return replace(edits, contacts=(*(other for other in edits.contacts if not is_hidden(other)), contact))
 
 
-def without_contacts_in(edits: Edits, start_s: float, stop_s: float) -> Edits:
-    """Return edits without those contacts that begin within a span [s]."""
-    return replace(edits, contacts=tuple(one for one in edits.contacts if not start_s <= one.start_s < stop_s))
+def without_edits_in(edits: Edits, start_s: float, stop_s: float) -> Edits:
+    """Return edits without those contacts and spans that begin within a span [s]."""
+    contacts = tuple(one for one in edits.contacts if not start_s <= one.start_s < stop_s)
+    return replace(edits, contacts=contacts, spans=tuple(one for one in edits.spans if not start_s <= one.start_s < stop_s))
 
 
 def moved_bar(edits: Edits, track: ContactTrack, bar: Bar, start: int, stop: int) -> Edits:

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from eval.clean.edits import LEFT, RIGHT, ContactEdit, Edits
-from eval.studio.state.contact_bars import Bar, ContactTrack, moved_bar, with_contact
+from eval.clean.edits import LEFT, RIGHT, ContactEdit, Edits, SpanEdit
+from eval.studio.state.contact_bars import Bar, ContactTrack, moved_bar, with_contact, without_edits_in
 from eval.studio.state.timeline_window import BarEnd, Window, bar_ends, dragged_bar, end_time, window_around
 
 
@@ -55,6 +55,13 @@ def test_a_hidden_edit_is_left_out() -> None:
     first, other, wider = ContactEdit(LEFT, 1.1, 1.2, True), ContactEdit(RIGHT, 1.1, 1.2, True), ContactEdit(LEFT, 1.0, 1.3, False)
     edits = with_contact(with_contact(with_contact(Edits(), first), other), wider)
     assert edits.contacts == (other, wider)
+
+
+def test_edits_that_begin_in_a_span_are_forgotten() -> None:
+    inside, outside = ContactEdit(LEFT, 1.1, 1.2, True), ContactEdit(LEFT, 2.0, 2.1, True)
+    edits = Edits(contacts=(inside, outside), spans=(SpanEdit(1.0, 3.0, keep=True), SpanEdit(0.5, 3.0, keep=True)), ground_m=0.1)
+    left = without_edits_in(edits, 1.0, 2.0)
+    assert (left.contacts, left.spans, left.ground_m) == ((outside,), (SpanEdit(0.5, 3.0, keep=True),), 0.1)
 
 
 def test_a_long_clip_is_shown_page_by_page() -> None:
