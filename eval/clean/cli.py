@@ -1,6 +1,7 @@
 """Cleans motion capture: ``python -m eval.clean IN.bvh --out OUT.bvh [--report DIR]``, or a folder of motion files into another."""
 
 import argparse
+import os
 import sys
 from contextlib import redirect_stdout
 from dataclasses import replace
@@ -9,7 +10,7 @@ from pathlib import Path
 import torch
 
 from agents.weights.pretrained import PRETRAINED_POLICY
-from configs.errors import InputError
+from configs.errors import InputError, RunError
 from configs.exit_codes import run_command
 from configs.process_pool import available_cores
 from datasets.formats.motion_file import FORMATS_IN_WORDS
@@ -73,6 +74,9 @@ def _run_with_events(options: argparse.Namespace, events: EventOutput) -> None:
         if not events.told_error:
             events.error(None, str(error))
         raise
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.__stdout__.fileno())  # type: ignore[union-attr]  # else Python complains at its end
+        raise RunError("whoever read the events is gone; no file is half-written") from None
 
 
 def _run(options: argparse.Namespace, output: Output) -> None:

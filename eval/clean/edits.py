@@ -117,8 +117,9 @@ class Edits:
     without: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check the values."""
-        for name in ("contacts", "spans", "misalignments"):
+        """Check the values; lists become tuples."""
+        for name in ("contacts", "spans", "misalignments", "without"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
             require(len(getattr(self, name)) <= MAX_EDITS, f"the number of {name}", len(getattr(self, name)), f"at most {MAX_EDITS}")
         bodies = [one.body for one in self.misalignments]
         require(len(set(bodies)) == len(bodies), "misalignments", "of one body twice", "one for each body")

@@ -1,31 +1,25 @@
 """A cleaning that can be solved again: what is read once is kept, and of the stages only those run again that an edit touches."""
 
-from collections import OrderedDict
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass, replace
-from typing import Any, Protocol, TypeVar
+from dataclasses import replace
+from typing import Protocol
 
 import numpy as np
 
 from agents.restore.model import RestoreModel
-from datasets.cleanup.foot_contacts import detect_foot_contacts
 from datasets.cleanup.off_feet_spans import OffFeetSpan, find_off_feet_spans
 from datasets.formats.bvh import Bvh
 from datasets.imu.recording import measured_accelerations
 from datasets.motion.clip import FPS, BodyMotion
-from datasets.motion.frame_spans import true_spans
 from datasets.motion.kinematics import resample
 from datasets.performer.performer_clip import performer_clip_from_bvh
 from datasets.performer.reading_options import ReadingOptions
 from datasets.retarget.plausibility import find_implausible
 from datasets.retarget.read_as import describe_reading
-from datasets.retarget.retarget import Retargeted, retarget, retarget_with
+from datasets.retarget.retarget import retarget, retarget_with
 from datasets.retarget.transfer_back import to_performer_bvh, to_zero_ground
-from envs.physics.self_collision import find_overlaps
 from eval.clean.apply_edits import (
     correct_misalignments,
-    edited_contacts,
-    frames_kept,
     frames_of_quality,
     frames_without,
     said_contacts,
@@ -34,18 +28,17 @@ from eval.clean.apply_edits import (
 from eval.clean.believed_root import locate_root
 from eval.clean.edited_simulation import EditedSimulation, SearchMemory
 from eval.clean.edits import PHYSICS, RESTORE, Edits, check_within
-from eval.clean.moved_joints import find_moved_spans
-from eval.clean.notices import Notice, moved_line, overlap_line, pose_notices, root_notices
+from eval.clean.notices import Notice
 from eval.clean.performer_output import to_performer
 from eval.clean.progress import COMPARING, REPAIRING, RESTORING, RETARGETING, ROOT, SIMULATING, TRANSFERRING
 from eval.clean.restored_poses import FADE_S, RestoredPoses, blend_poses, restore_clip
 from eval.clean.result import CleaningResult
 from eval.clean.samcon import QUALITIES, Simulator
 from eval.clean.simulate_clip import SimulatedClip
+from eval.clean.solved_stages import PlacedRecording, SolvedStages, compare_with_recording
+from eval.clean.stage_memory import StageMemory
 from eval.clean.stages import repair_kinematically, simulate_grounded_spans
 
-T = TypeVar("T")
-NUM_KEPT = 3  # results of each stage that are kept: of the edits, of those before, and of a comparison
 MIN_REMEMBERED_S, REMEMBERED_CLIPS = 120.0, 4.0  # s of simulation that are remembered at least, and how many times the clip's length
 
 
@@ -65,14 +58,6 @@ class Models(Protocol):
     def restorer(self) -> RestoreModel | None:
         """Restoring network; None leaves poses as they were captured."""
         ...
-
-
-@dataclass(frozen=True)
-class _Placed:
-    """A recording on its ground: retargeted at its own rate, and at 60 fps."""
-
-    retargeted: Retargeted
-    recorded: BodyMotion
 
 
 class CleaningSession:
@@ -117,7 +102,7 @@ class CleaningSession:
         self.start_s = self.performer.dropped_frames / self.performer.motion.fps
         read = (*self.performer.notices, *find_implausible(self.retargeted))
         self.notices, self.read_as = tuple(map(Notice, read)), describe_reading(self.retargeted)
-        self._stages: dict[str, OrderedDict[Hashable, Any]] = {}
+        self._memory = StageMemory()
         self._searches = SearchMemory(round(max(MIN_REMEMBERED_S * FPS, REMEMBERED_CLIPS * len(self.recorded))))
 
     @property
@@ -153,62 +138,22 @@ class CleaningSession:
             progress(stage, min(share, 1.0))
 
         begin(RESTORING)
-        placed, poses, unedited = self._poses(edits)
+        placed, poses, found_poses = self._poses(edits)
         begin(ROOT)
-        rooted, off_feet = self._stage("root", _pose_key(edits), lambda: self._root(placed, poses))
+        rooted, off_feet = self._memory.result("root", _pose_key(edits), lambda: self._root(placed, poses))
         begin(REPAIRING)
         said = said_contacts(edits.contacts, *self._grid) if edits.contacts else None
-        repaired = self._stage(
+        repaired = self._memory.result(
             "repaired", (_pose_key(edits), edits.contacts), lambda: repair_kinematically(rooted, off_feet, poses.contacts, said)
         )
         begin(SIMULATING)
         simulated, stale = self._simulate(edits, repaired, off_feet, poses.contacts, physics, lambda share: begin(SIMULATING, share))
         begin(TRANSFERRING)
-        kept = frames_kept(edits.spans, *self._grid)
         output = to_performer(placed.retargeted, simulated.motion, simulated.contacts, off_feet, edits, self.start_s)
         begin(COMPARING)
-        cleaned = replace(resample(retarget_with(placed.retargeted, output), FPS), name=self.name)
-        after_stage = {
-            "restoring": rooted,
-            "planting feet and parting limbs": repaired,
-            "physics": simulated.motion,
-            "holding feet": cleaned,
-        }
-        moved = find_moved_spans(placed.recorded, after_stage, self.start_s)
-        overlaps = find_overlaps(cleaned, self.start_s)
-        notices = (
-            *self.notices,
-            *pose_notices(unedited, edits),
-            *root_notices(rooted is not poses.motion, off_feet, self.start_s),
-            *([moved_line(moved)] if moved else []),
-            *([overlap_line(overlaps)] if overlaps else []),
-        )
-        contacts = simulated.contacts if said is None else edited_contacts(simulated.contacts, said)
-        if kept.any():
-            contacts = np.where(kept[:, None], detect_foot_contacts(placed.recorded), contacts)
-        return CleaningResult(
-            self.name,
-            placed.recorded,
-            cleaned,
-            contacts,
-            np.where(kept, 0.0, simulated.confidence),
-            tuple(self.start_s + start / FPS for start in simulated.segment_starts[1:] if not kept[start]),
-            np.where(kept, 0.0, simulated.assist),
-            notices,
-            unedited.misalignments,
-            moved,
-            overlaps,
-            None,
-            self.read_as,
-            self.performer.damage,
-            self.start_s,
-            None if edits.changes_nothing else simulated.contacts,
-            tuple(off_feet),
-            self._seconds(stale & ~kept),
-            self._seconds(kept),
-            output,
-            edits.ground_m,
-        )
+        stages = SolvedStages(placed, found_poses, poses, rooted, off_feet, repaired, simulated, stale, said)
+        told = compare_with_recording(stages, output, edits, self.name, self.start_s)
+        return replace(told, notices=(*self.notices, *told.notices), read_as=self.read_as, damage=self.performer.damage)
 
     def write(self, result: CleaningResult) -> Bvh:
         """Return the file to write for a result of ``solve``: the recorded one with the channel values of the cleaned clip."""
@@ -217,22 +162,22 @@ class CleaningSession:
         written = to_performer_bvh(self.bvh, self.performer, result.output)
         return to_zero_ground(written, self._placed(result.ground_m).retargeted) if self.performer.reading.zero_ground else written
 
-    def _placed(self, ground_m: float) -> _Placed:
+    def _placed(self, ground_m: float) -> PlacedRecording:
         """Return the recording on ground that is ``ground_m`` higher than was found [m]."""
         if not ground_m:
-            return _Placed(self.retargeted, self.recorded)
+            return PlacedRecording(self.retargeted, self.recorded)
 
-        def place() -> _Placed:
+        def place() -> PlacedRecording:
             moved = replace(self.retargeted, lift=self.retargeted.lift - self.retargeted.scale * ground_m)
             motion = replace(retarget_with(moved, self.performer.motion), rooted=self.retargeted.motion.rooted)
-            return _Placed(replace(moved, motion=motion), resample(motion, FPS))
+            return PlacedRecording(replace(moved, motion=motion), resample(motion, FPS))
 
-        return self._stage("placed", ground_m, place)
+        return self._memory.result("placed", ground_m, place)
 
-    def _poses(self, edits: Edits) -> tuple[_Placed, RestoredPoses, RestoredPoses]:
+    def _poses(self, edits: Edits) -> tuple[PlacedRecording, RestoredPoses, RestoredPoses]:
         """Return the recording on its ground, and its restored poses with and without what a person changed of them."""
         placed, restorer = self._placed(edits.ground_m), None if RESTORE in edits.without else self._models.restorer
-        unedited = self._stage(
+        unedited = self._memory.result(
             "restored",
             (edits.ground_m, restorer is None),
             lambda: restore_clip(restorer, placed.recorded, find_off_feet_spans(placed.recorded)),
@@ -246,9 +191,9 @@ class CleaningSession:
                 motion = correct_misalignments(motion, edits.misalignments)
             return unedited if motion is unedited.motion else unedited._replace(motion=motion)
 
-        return placed, self._stage("poses", _pose_key(edits), edit), unedited
+        return placed, self._memory.result("poses", _pose_key(edits), edit), unedited
 
-    def _root(self, placed: _Placed, poses: RestoredPoses) -> tuple[BodyMotion, list[OffFeetSpan]]:
+    def _root(self, placed: PlacedRecording, poses: RestoredPoses) -> tuple[BodyMotion, list[OffFeetSpan]]:
         return locate_root(poses.motion, measured_accelerations(self.bvh, placed.retargeted, poses.motion))
 
     def _simulate(
@@ -269,24 +214,10 @@ class CleaningSession:
         parts = EditedSimulation(self._searches, without, frames_of_quality(edits.spans, *self._grid), physics)
         return simulate_grounded_spans(simulator, repaired, off_feet, contacts, progress, parts), parts.stale
 
-    def _stage(self, name: str, key: Hashable, run: Callable[[], T]) -> T:
-        """Return the result of a stage for a key, kept from before or made now."""
-        kept = self._stages.setdefault(name, OrderedDict())
-        if key not in kept:
-            kept[key] = run()
-        kept.move_to_end(key)
-        while len(kept) > NUM_KEPT:
-            kept.popitem(last=False)
-        return kept[key]
-
     @property
     def _grid(self) -> tuple[int, float, float]:
         """Number of frames at 60 fps, their rate [1/s] and the time of the first [s]."""
         return len(self.recorded), FPS, self.start_s
-
-    def _seconds(self, labels: np.ndarray) -> tuple[tuple[float, float], ...]:
-        """Return the first instant of each run of labels (T,) and the one after its last [s]."""
-        return tuple((self.start_s + start / FPS, self.start_s + stop / FPS) for start, stop in true_spans(labels).tolist())
 
 
 def _pose_key(edits: Edits) -> Hashable:

@@ -2,13 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from datasets.formats.bvh import Bvh
+from datasets.formats.bvh import Bvh, read_bvh
 from datasets.motion.clip import BodyMotion
-from datasets.motion.kinematics import clip_sole_points
+from datasets.motion.kinematics import clip_sole_points, support_steps
 from datasets.performer.reading_options import ReadingOptions
 from datasets.retarget.retarget import retarget_with
 from datasets.retarget.transfer_back import from_performer_bvh
@@ -177,3 +178,23 @@ def test_a_cleaning_is_cancelled_between_two_windows(searched: list[int]) -> Non
 def test_an_edit_outside_the_clip_is_refused(stepped: CleaningSession) -> None:
     with pytest.raises(EditError, match=r"contacts, entry 1, is from 5 to 6 s, should be within the clip, from 0.00 to 3.98 s"):
         stepped.solve(Edits((ContactEdit("left", 5.0, 6.0, True),)))
+
+
+def slid(of: CleaningSession, bvh: Bvh, frames: slice) -> float:
+    """Return how far the point that carries the left foot slides in some frames of a written file [m]."""
+    soles = clip_sole_points(retarget_with(of.retargeted, from_performer_bvh(bvh, of.performer)))[frames, 0]
+    return float(np.linalg.norm(support_steps(soles)[:, :2], axis=1).sum())
+
+
+@pytest.mark.shared_data
+def test_a_real_suit_stands_where_it_is_said_to_and_comes_back_where_it_is_kept(shared_data: Path) -> None:
+    # The left foot of the Rokoko dance swings between 3.12 and 3.82 s, on a long way; it may as well stand.
+    clip = read_bvh(shared_data / "mit" / "imu" / "rokoko_jesse_dance.bvh")
+    begun = CleaningSession(clip, "dance", CleaningPipeline.load(1))
+    edits = Edits((ContactEdit("left", 3.12, 3.82, True),), (SpanEdit(6.0, 7.0, keep=True),), without=("physics",))
+    frames = slice(312, 382)  # at 100 fps
+    written = begun.write(begun.solve(edits))
+    loose, held = (slid(begun, bvh, frames) for bvh in (begun.write(begun.solve(Edits(without=("physics",)))), written))
+    assert loose > 1.0
+    assert held < 0.05
+    assert np.array_equal(written.values[600:700], clip.values[600:700])

@@ -1,0 +1,118 @@
+"""What the stages of a cleaning made of a clip, and what of it a person should know."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from datasets.cleanup.foot_contacts import detect_foot_contacts
+from datasets.cleanup.off_feet_spans import OffFeetSpan
+from datasets.motion.clip import FPS, BodyMotion, Motion
+from datasets.motion.frame_spans import true_spans
+from datasets.motion.kinematics import resample
+from datasets.retarget.retarget import Retargeted, retarget_with
+from envs.physics.self_collision import find_overlaps
+from eval.clean.apply_edits import edited_contacts, frames_kept
+from eval.clean.edits import Edits
+from eval.clean.moved_joints import find_moved_spans
+from eval.clean.notices import moved_line, overlap_line, pose_notices, root_notices
+from eval.clean.restored_poses import RestoredPoses
+from eval.clean.result import CleaningResult
+from eval.clean.simulate_clip import SimulatedClip
+
+
+class PlacedRecording(NamedTuple):
+    """A recording on its ground.
+
+    Attributes:
+        retargeted: On the 20 bodies at its own rate.
+        recorded: The same at 60 fps.
+    """
+
+    retargeted: Retargeted
+    recorded: BodyMotion
+
+
+class SolvedStages(NamedTuple):
+    """What the stages made of a clip of T frames at 60 fps.
+
+    Attributes:
+        placed: Recording on its ground.
+        found_poses: Restored poses before edits.
+        poses: Restored poses as a person edited them.
+        rooted: The same with a root.
+        off_feet: Spans off the feet.
+        repaired: Repaired without physics.
+        simulated: Simulated as far as it is to be.
+        stale: Frames that would be simulated, but were not, shape (T,).
+        said: What a person said of both feet, shape (T, 2); None if nothing.
+    """
+
+    placed: PlacedRecording
+    found_poses: RestoredPoses
+    poses: RestoredPoses
+    rooted: BodyMotion
+    off_feet: list[OffFeetSpan]
+    repaired: BodyMotion
+    simulated: SimulatedClip
+    stale: np.ndarray
+    said: np.ndarray | None
+
+
+def compare_with_recording(stages: SolvedStages, output: Motion, edits: Edits, name: str, start_s: float) -> CleaningResult:
+    """Return the result of a cleaning, without what is known from reading the file.
+
+    Args:
+        stages: What the stages made of the clip.
+        output: Cleaned clip on the performer's own skeleton.
+        edits: What a person changed.
+        name: Name of the clip.
+        start_s: Time of its first frame in the file [s].
+    """
+    placed, simulated, off_feet = stages.placed, stages.simulated, stages.off_feet
+    cleaned = replace(resample(retarget_with(placed.retargeted, output), FPS), name=name)
+    after_stage = {
+        "restoring": stages.rooted,
+        "planting feet and parting limbs": stages.repaired,
+        "physics": simulated.motion,
+        "holding feet": cleaned,
+    }
+    moved, overlaps = find_moved_spans(placed.recorded, after_stage, start_s), find_overlaps(cleaned, start_s)
+    kept = frames_kept(edits.spans, len(cleaned), FPS, start_s)
+    return CleaningResult(
+        name=name,
+        before=placed.recorded,
+        after=cleaned,
+        contacts=_edited_contacts(stages, kept),
+        confidence=np.where(kept, 0.0, simulated.confidence),
+        restarts=tuple(start_s + start / FPS for start in simulated.segment_starts[1:] if not kept[start]),
+        assist=np.where(kept, 0.0, simulated.assist),
+        notices=(
+            *pose_notices(stages.found_poses, edits),
+            *root_notices(stages.rooted is not stages.poses.motion, off_feet, start_s),
+            *([moved_line(moved)] if moved else []),
+            *([overlap_line(overlaps)] if overlaps else []),
+        ),
+        misalignments=stages.found_poses.misalignments,
+        moved=moved,
+        overlaps=overlaps,
+        start_s=start_s,
+        found_contacts=None if edits.changes_nothing else simulated.contacts,
+        off_feet=tuple(off_feet),
+        stale=_seconds(stages.stale & ~kept, start_s),
+        kept_spans=_seconds(kept, start_s),
+        output=output,
+        ground_m=edits.ground_m,
+    )
+
+
+def _edited_contacts(stages: SolvedStages, kept: np.ndarray) -> np.ndarray:
+    """Return which foot stands as a person said, in kept frames (T,) as the recording shows it, shape (T, 2)."""
+    found = stages.simulated.contacts
+    contacts = found if stages.said is None else edited_contacts(found, stages.said)
+    return np.where(kept[:, None], detect_foot_contacts(stages.placed.recorded), contacts) if kept.any() else contacts
+
+
+def _seconds(labels: np.ndarray, start_s: float) -> tuple[tuple[float, float], ...]:
+    """Return the first instant of each run of labels (T,) and the one after its last [s]."""
+    return tuple((start_s + start / FPS, start_s + stop / FPS) for start, stop in true_spans(labels).tolist())
