@@ -1,4 +1,4 @@
-# make install | make train | make test | make check | make docs | make gpu: each first creates .venv and installs into it where that has not been done.
+# make install | make train | make test | make check | make docs | make gpu | make blender: each first creates .venv and installs into it where that has not been done.
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 INSTALLED := .venv/installed
@@ -8,7 +8,7 @@ MOTIONS ?= synthetic
 MINUTES ?= 25
 TESTED ?= synthetic
 
-.PHONY: install train test check docs gpu
+.PHONY: install train test check docs gpu blender
 
 install: $(INSTALLED)
 
@@ -28,6 +28,12 @@ docs: $(INSTALLED)
 	$(BIN)/python -m pip install --disable-pip-version-check --quiet --constraint constraints.txt --editable '.[docs]'
 	$(BIN)/python -m sphinx --builder html --keep-going --quiet docs/api build/docs
 	@echo "build/docs/index.html"
+
+# The add-on for Blender as committed, to be installed there from disk (docs/blender.md).
+blender:
+	@mkdir -p build
+	git archive --format=zip --output=build/adapt_mimic.zip HEAD:blender
+	@echo "build/adapt_mimic.zip"
 
 # Everything that takes a GPU, in one go: tests, agreement with the CPU, speed, a training, and its policy beside the package's on the CPU.
 gpu: $(INSTALLED)

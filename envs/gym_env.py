@@ -13,6 +13,7 @@ from datasets.library.motion_library import MotionLibrary
 from datasets.library.sources import ROUGH_GROUND_KINDS, load_clips
 from datasets.motion.clip import FPS, BodyMotion
 from datasets.motion.generalised_positions import qpos_to_motion
+from envs.argument_checks import check_names
 from envs.mimic.spec import (
     DEVIATION_DISCOUNT_OFFSET,
     DEVIATION_DISCOUNT_SLOPE_PER_M,
@@ -24,7 +25,7 @@ from envs.mimic.spec import (
 )
 from envs.physics.engine_interface import FRAMES_PER_STEP
 from envs.rendering import VIEWS, HumanoidView, check_render_mode
-from envs.vector_env import AdaptMimicVectorEnv, check_names
+from envs.vector_env import AdaptMimicVectorEnv
 
 SPEC_FIELDS = tuple(field.name for field in fields(MimicSpec))
 
@@ -81,7 +82,16 @@ class AdaptMimicEnv(gym.Env):  # noqa: D101 (its docstring is made from the spec
 
     {action_table(MimicSpec()).replace(chr(10), chr(10) + "    ")}
 
-    Version history: v0, first release: physics at 240 Hz on the ground of docs/contact.md.
+    Version history:
+
+    - v0 is the current version until 1.0 of the package. What moved its returns, by release of the package:
+
+      - after 0.2.0: quicker contact model (docs/contact.md); as much as between two seeds.
+      - 0.2.0: physics at 240 instead of 120 Hz, contacts of 9 instead of 20 ms, heavier ankles, friction of a shoe, damping in the joints;
+        a policy of 0.1.0 has to be trained anew.
+      - 0.1.0: first release.
+
+    From 1.0 on, whatever moves the returns raises the version, and the old one stays registered.
     """
 
     metadata = {"render_modes": list(VIEWS), "render_fps": int(FPS / FRAMES_PER_STEP)}  # noqa: RUF012 (Gymnasium's form)

@@ -16,8 +16,9 @@ class AdaptMimicTorchEnv(MimicVectorEnvBase):
     """N humanoids that mimic the clips of a library, simulated by mujoco-warp; observations and rewards are the native env's code.
 
     It differs from the native env in three points. All arrays are tensors on the device, those of the info included. Autoreset is
-    same-step, always; ``final_obs`` and ``tracking`` are in every info, and their masks tell which episodes ended. An action that is
-    NaN, which could not be reported without waiting for the device, fails its world as exploded physics does: it is reset and counted.
+    same-step, always; ``final_obs``, ``final_info`` and ``tracking`` are in every info, and their masks tell which episodes ended. An
+    action that is NaN, which could not be reported without waiting for the device, fails its world as exploded physics does: it is reset
+    and counted.
     """
 
     def __init__(
@@ -78,12 +79,13 @@ class AdaptMimicTorchEnv(MimicVectorEnvBase):
 
         Returns:
             Observations (N, O), rewards (N,), terminated (N,), truncated (N,), and the info: reward terms by name (N,),
-            ``physics_failed`` (N,), and ``final_obs`` and ``tracking`` with the masks of the worlds that ended.
+            ``physics_failed`` (N,), and ``final_obs``, ``final_info`` and ``tracking`` with the masks of the worlds that ended.
         """
         last, outcome, info = self._advance(actions.nan_to_num(0.0).clip(-1.0, 1.0), actions.isnan().any(dim=1))
         ended = outcome.ended
         self._learn_starts(slice(None), outcome.terminated, ended)
-        info |= {"final_obs": last, "_final_obs": ended, "tracking": self._tracking(), "_tracking": ended}
+        info |= {"tracking": self._tracking(), "_tracking": ended}
+        info |= {"final_info": info.copy(), "_final_info": ended, "final_obs": last, "_final_obs": ended}
         self._begin(ended, *self._draw())
         return masked_where(ended, self._observe_all(), last), outcome.rewards, outcome.terminated, outcome.truncated, info
 

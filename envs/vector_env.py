@@ -1,12 +1,14 @@
 """Native vector env: many mimicking humanoids in one process, NumPy in and out, stepped by threads."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
 
 from datasets.library.motion_library import MotionLibrary, Reference
+from envs.argument_checks import check_names, checked_actions, checked_reset_mask
 from envs.base_vector_env import RENDER_MODES, MimicVectorEnvBase
 from envs.mimic.spec import EPISODE_FRAMES, MimicSpec
 from envs.physics.mujoco_cpu import CpuPhysics
@@ -19,11 +21,16 @@ RESET_OPTIONS = ("reset_mask", "clip", "frame", "frames")
 class AdaptMimicVectorEnv(MimicVectorEnvBase):
     """N humanoids that mimic the clips of a library, stepped together.
 
-    Autoreset is same-step by default: a world that ends is reset at once, ``final_obs`` in the info holds its true last observation,
-    and ``tracking`` the metrics of the episode that ended. With ``AutoresetMode.NEXT_STEP`` it is reset by the following ``step``, whose
+    Autoreset is same-step by default: a world that ends is reset at once, and ``final_obs`` and ``final_info`` in the info hold its
+    true last observation and the info of its last step. With ``AutoresetMode.NEXT_STEP`` it is reset by the following ``step``, whose
     action for that world is ignored and whose reward is 0; Gymnasium's ``NormalizeObservation`` wants that. With
     ``AutoresetMode.DISABLED`` no world is reset by ``step``, and ``reset`` takes ``reset_mask`` in its options.
+
+    Infos are Gymnasium's dictionaries of arrays: ``_name`` tells which worlds have ``name``. ``tracking``, the metrics of an episode,
+    is there where it ended.
     """
+
+    _picture: HumanoidPicture | None = None  # here, since Gymnasium closes even what could not be built
 
     def __init__(
         self,
@@ -59,8 +66,8 @@ class AdaptMimicVectorEnv(MimicVectorEnvBase):
         self.physics_failures = 0
         self._autoreset_mode = autoreset_mode
         self._is_over: np.ndarray = np.zeros(num_envs, dtype=bool)  # which worlds the next step resets
+        self._has_begun = False
         self.render_mode = render_mode
-        self._picture: HumanoidPicture | None = None
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[np.ndarray, dict[str, Any]]:
         """Begin episodes.
@@ -74,21 +81,21 @@ class AdaptMimicVectorEnv(MimicVectorEnvBase):
             Observations (N, O) and an empty info.
 
         Raises:
-            ValueError: If the options hold another name, or a clip or frame that does not exist.
+            ValueError: If the options hold another name, a mask that is none, or a clip or frame that does not exist.
         """
+        options = options or {}
+        check_names(options, RESET_OPTIONS)
+        worlds = checked_reset_mask(options.get("reset_mask", np.ones(self.num_envs, dtype=bool)), self.num_envs, not self._has_begun)
         super().reset(seed=seed)
         if seed is not None:
             self.start_sampler.reset()
-        options = options or {}
-        check_names(options, RESET_OPTIONS)
-        worlds = np.flatnonzero(options.get("reset_mask", np.ones(self.num_envs, dtype=bool)))
         if "clip" in options:
             clip, frame = np.asarray(options["clip"]), np.asarray(options.get("frame", 0))
             self.start_sampler.check(clip, frame)
         else:
             clip, frame = self._draw(len(worlds))
         self._begin(worlds, clip, frame, options.get("frames", EPISODE_FRAMES))
-        self._is_over[worlds] = False
+        self._is_over[worlds], self._has_begun = False, True
         return self._observe(self.physics.bodies(), self.library.at(self._state.row)), {}
 
     def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
@@ -99,24 +106,29 @@ class AdaptMimicVectorEnv(MimicVectorEnvBase):
 
         Returns:
             Observations (N, O), rewards (N,), terminated (N,), truncated (N,), and the info: reward terms by name (N,),
-            ``physics_failed`` (N,), and for worlds that ended ``final_obs`` and ``tracking`` with their masks.
+            ``physics_failed`` (N,), and where worlds ended ``tracking``, and ``final_obs`` and ``final_info`` if they were reset.
 
         Raises:
+            ResetNeeded: If no episode has begun.
             ValueError: If the actions have another shape, or one is NaN: smoothing would keep it for good.
         """
-        observation, outcome, info = self._advance(self._checked(actions))
+        if not self._has_begun:
+            raise ResetNeeded("no episode has begun; call reset before step")
+        observation, outcome, info = self._advance(checked_actions(actions, (self.num_envs, self.task.action_size)))
         rewards, terminated, truncated = outcome.rewards, outcome.terminated, outcome.truncated
         over = self._is_over.nonzero()[0]
         if len(over):  # only where worlds are reset by the step after their end: what they did in this step is nobody's
             self.physics_failures -= int(info["physics_failed"][over].sum())
             for part in (rewards, terminated, truncated, *info.values()):
                 part[over] = 0
+        info |= dict.fromkeys([f"_{name}" for name in info], ~self._is_over)
         ended = np.logical_or(terminated, truncated)
         if ended.any():
             worlds = ended.nonzero()[0]
             self._learn_starts(worlds, terminated[worlds], ended[worlds])
-            info |= {"final_obs": observation, "_final_obs": ended, "tracking": self._tracking(), "_tracking": ended}
+            info |= {"tracking": self._tracking(), "_tracking": ended}
             if self._autoreset_mode == AutoresetMode.SAME_STEP:
+                info |= {"final_info": info.copy(), "_final_info": ended, "final_obs": observation, "_final_obs": ended}
                 observation = self._restart(worlds, observation)
         if len(over):
             observation = self._restart(over, observation)
@@ -141,15 +153,6 @@ class AdaptMimicVectorEnv(MimicVectorEnvBase):
         """Return what copies and pickles hold: all but the renderer."""
         return vars(self) | {"_picture": None}
 
-    def _checked(self, actions: np.ndarray) -> np.ndarray:
-        """Return actions (N, A) clipped to [-1, 1]; see ``step`` for the errors."""
-        newest = np.asarray(actions, dtype=np.float32)
-        if newest.shape != self.action_space.shape:
-            raise ValueError(f"actions have shape {newest.shape}, should be {self.action_space.shape}")
-        if np.isnan(newest).any():
-            raise ValueError("actions hold numbers that are not finite, should be from -1 to 1")
-        return newest.clip(-1.0, 1.0)
-
     def get_state(self) -> dict[str, Any]:
         """Return everything that later steps depend on, as arrays and plain values."""
         return {
@@ -166,7 +169,7 @@ class AdaptMimicVectorEnv(MimicVectorEnvBase):
         self._set_arrays({name: np.array(state[name]) for name in self._arrays()})
         self.physics_failures = int(state["physics_failures"])
         self.np_random.bit_generator.state = state["random"]
-        self._is_over = np.array(state["is_over"])
+        self._is_over, self._has_begun = np.array(state["is_over"]), True
         return self._observe(self.physics.bodies(), self.library.at(self._state.row))
 
     def branch(self, parents: np.ndarray) -> None:
@@ -199,10 +202,3 @@ class AdaptMimicVectorEnv(MimicVectorEnvBase):
         observation = observation.copy()
         observation[worlds] = self._observe(self.physics.bodies(worlds), start, worlds)
         return observation
-
-
-def check_names(options: Iterable[str], known: Sequence[str]) -> None:
-    """Raise ValueError for an option that is not known."""
-    for name in options:
-        if name not in known:
-            raise ValueError(f"there is no option '{name}'; known are {', '.join(known)}")

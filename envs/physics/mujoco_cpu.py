@@ -4,6 +4,8 @@ After ``mj_step`` the poses of bodies lag one engine step behind the new state. 
 contacts and other constraints measures the bodies in its states; measuring in the first would begin the next step as well.
 """
 
+import ctypes
+import os
 from copy import copy
 from typing import Any
 
@@ -54,12 +56,31 @@ class CpuPhysics:
         self._worlds, self._threads = worlds, threads
         self.model = build_model() if model is None else model
         self.steps = engine_steps(self.model, CONTROL_STEP_S)
-        self._batch, self._measuring_batch = (Batch(_without(self.model, part), worlds, threads) for part in (_SENSORS, _CONSTRAINTS))
+        self._moved = slice(mujoco.mj_stateSize(self.model, _MOVED))
+        self._build_batches()
         self._fresh = self._batch.state[0].copy()  # a world without warm start of the solver
+
+    def _build_batches(self) -> None:
+        """Build the engine's batches, with threads of this process."""
+        self._process = os.getpid()
+        self._batch, self._measuring_batch = (
+            Batch(_without(self.model, part), self._worlds, self._threads) for part in (_SENSORS, _CONSTRAINTS)
+        )
         self._qpos, self._qvel, self._ctrl, self._wrench = (self._batch.bind(name) for name in ("qpos", "qvel", "ctrl", "xfrc_applied"))
         self._xpos, self._xmat, self._sensors = (self._measuring_batch.bind(name) for name in ("xpos", "xmat", "sensordata"))
         self._speeds = self._measuring_batch.bind("qvel")
-        self._moved = slice(mujoco.mj_stateSize(self.model, _MOVED))
+
+    def _follow_fork(self) -> None:
+        """Build the batches anew in a process that was forked: their threads stayed behind, and whoever waits for those waits for ever."""
+        if self._threads == 1 or self._process == os.getpid():
+            return
+        state = self.get_state()
+        for batch in (self._batch, self._measuring_batch):
+            ctypes.pythonapi.Py_IncRef(ctypes.py_object(batch))  # kept for good: to free it would be to wait for its threads
+        self._build_batches()
+        self._batch.state[:] = state
+        self._copy_motion()
+        self._measure()
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copy and pickle the model and the state of the worlds; the engine's batches are built anew."""
@@ -67,6 +88,7 @@ class CpuPhysics:
 
     def reset(self, worlds: np.ndarray, pose: np.ndarray, vel: np.ndarray) -> None:
         """Put worlds into a state; see ``Physics.reset``."""
+        self._follow_fork()
         self._batch.state[worlds] = self._fresh
         self._qpos[worlds] = pose
         self._qvel[worlds] = vel
@@ -75,6 +97,7 @@ class CpuPhysics:
 
     def step(self, targets: np.ndarray) -> np.ndarray:
         """Advance one control step; see ``Physics.step``."""
+        self._follow_fork()
         self._ctrl[:] = targets
         self._advance()
         self._copy_motion()
@@ -135,6 +158,7 @@ class CpuPhysics:
 
     def set_state(self, state: np.ndarray) -> None:
         """Restore a state that ``get_state`` returned."""
+        self._follow_fork()
         self._batch.state[:] = state
         self._copy_motion()
         self._measure()

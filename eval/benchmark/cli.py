@@ -15,6 +15,7 @@ from eval.benchmark.clean import benchmark_clean
 from eval.benchmark.contact import benchmark_contact
 from eval.benchmark.env import benchmark_env
 from eval.benchmark.learner import benchmark_learner
+from eval.benchmark.libraries import benchmark_libraries
 from eval.benchmark.live import benchmark_live
 from eval.benchmark.root import benchmark_root
 from eval.benchmark.scale import benchmark_scale
@@ -28,6 +29,7 @@ BENCHMARKS: dict[str, Callable[[str, int, Callable[[], None]], BenchmarkResult]]
     "contact": benchmark_contact,
     "env": benchmark_env,
     "learner": benchmark_learner,
+    "libraries": benchmark_libraries,
     "live": benchmark_live,
     "root": benchmark_root,
     "scale": benchmark_scale,

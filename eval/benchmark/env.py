@@ -45,9 +45,9 @@ def measure_envs(
         f"SyncVectorEnv {peer_worlds}": SyncVectorEnv([_maker(library)] * peer_worlds, autoreset_mode=AutoresetMode.SAME_STEP),
     }
     cases = [
-        *_vector_pair(library, worlds, 1, steps),
+        *vector_pair(library, worlds, 1, steps),
         _exact(library, worlds, steps),
-        *_vector_pair(library, worlds, 2, steps),
+        *vector_pair(library, worlds, 2, steps),
         *_single_pair(library, 20 * steps),
         *(_peer(name, env, 2 * steps) for name, env in peers.items()),
     ]
@@ -59,7 +59,7 @@ def measure_envs(
     return BenchmarkResult("env", "control steps/s", cases, rates, "vector env, 2 threads", tuple(peers))
 
 
-def _vector_pair(library: MotionLibrary, worlds: int, threads: int, steps: int) -> tuple[BenchmarkCase, BenchmarkCase]:
+def vector_pair(library: MotionLibrary, worlds: int, threads: int, steps: int) -> tuple[BenchmarkCase, BenchmarkCase]:
     """Return the cases of our vector env and of bare MuJoCo on as many threads."""
     env = AdaptMimicVectorEnv(library, worlds, threads=threads)
     env.physics = recorder = ControlRecorder(worlds, threads)

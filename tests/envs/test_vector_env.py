@@ -8,6 +8,7 @@ from typing import Any
 import cloudpickle
 import numpy as np
 import pytest
+from gymnasium.utils.env_checker import data_equivalence
 from gymnasium.vector import AutoresetMode
 
 from datasets.library.motion_library import MotionLibrary
@@ -32,9 +33,7 @@ def at(clip: list[int], frame: list[int], **options: list[int]) -> dict[str, np.
 
 def equal(a: Step, b: Step) -> bool:
     """Return whether two steps are the same to the bit, infos included."""
-    mine, theirs = ({**step[4], **step[4].get("tracking", {}), "tracking": None} for step in (a, b))
-    infos = mine.keys() == theirs.keys() and all(np.array_equal(mine[key], theirs[key]) for key in mine)
-    return infos and all(np.array_equal(x, y) for x, y in zip(a[:4], b[:4], strict=True))
+    return data_equivalence(a, b, exact=True)
 
 
 def test_spaces_and_shapes(library: MotionLibrary) -> None:

@@ -44,8 +44,8 @@ def run_builder(*arguments: object) -> None:
     assert done.returncode == 0, done.stderr
 
 
-def build(folder: Path, motion: BodyMotion, outs: list[str], **changes: Any) -> list[Path]:
-    """Have Blender build and export a skinned figure that moves as the 20 bodies, with a finger that bends by a degree a frame."""
+def write_spec(folder: Path, motion: BodyMotion, **changes: Any) -> Path:
+    """Write what the builder builds: a skinned figure that moves as the 20 bodies, with a finger that bends by a degree a frame."""
     positions, rotations = body_poses(motion)
     still = np.tile((1.0, 0.0, 0.0, 0.0), (len(BODY_NAMES), 1))
     heads = forward_kinematics(SKELETON.parents, SKELETON.offsets, still)[0] + (0.0, 0.0, STANDING)
@@ -65,8 +65,13 @@ def build(folder: Path, motion: BodyMotion, outs: list[str], **changes: Any) -> 
         "all_takes": False,
     }
     np.savez(folder / "spec.npz", **(spec | changes))
+    return folder / "spec.npz"
+
+
+def build(folder: Path, motion: BodyMotion, outs: list[str], **changes: Any) -> list[Path]:
+    """Have Blender build and export the figure of ``write_spec``."""
     paths = [folder / out for out in outs]
-    run_builder("build", folder / "spec.npz", *paths)
+    run_builder("build", write_spec(folder, motion, **changes), *paths)
     return paths
 
 
