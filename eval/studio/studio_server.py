@@ -9,7 +9,6 @@ import viser
 
 from eval.studio.page.tab import PANEL_WIDTH_PX, Tab
 from eval.studio.scene.colours import BRAND
-from eval.studio.scene.ground_marks import add_lights
 from eval.studio.server import open_server
 from eval.studio.state.workspace import Workspace
 
@@ -50,14 +49,13 @@ class StudioServer:
         self._workspace.close()
 
     def _prepare(self) -> None:
-        """Set up what all tabs share: theme, light, and where they look from at first."""
+        """Set up what all tabs share: theme, and where they look from at first."""
         viewer = self.viewer
         viewer.gui.configure_theme(control_width="medium", show_logo=False, show_share_button=False, brand_color=BRAND)
         viewer.gui.set_panel_label(TITLE)
         viewer.gui.main_panel.dock_right()
         viewer.gui.main_panel.set_width(PANEL_WIDTH_PX)
         viewer.scene.set_up_direction("+z")
-        add_lights(viewer.scene)
         camera = viewer.initial_camera
         camera.position, camera.look_at, camera.fov = (4.7, -2.9, 1.5), (0.0, 0.0, 0.5), 0.62  # above the timeline
 

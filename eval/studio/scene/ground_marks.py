@@ -30,13 +30,13 @@ def add_ground(scene: viser.SceneApi, world: str) -> None:
     )
 
 
-def add_lights(scene: viser.SceneApi) -> None:
-    """Add a sky, a sun from behind the usual view that casts shadows, and a weak light from the other side."""
+def add_lights(scene: viser.SceneApi) -> viser.DirectionalLightHandle:
+    """Add a sky, a sun from behind the usual view that casts shadows, and a weak light from the other side; return the sun."""
     scene.configure_default_lights(False)
     scene.configure_environment_map(None)
     scene.add_light_hemisphere("/light/sky", sky_color=(255, 255, 255), ground_color=(186, 182, 178), intensity=1.6)
-    scene.add_light_directional("/light/sun", intensity=2.1, cast_shadow=True, position=(3.0, -2.0, 6.0))
     scene.add_light_directional("/light/fill", color=(205, 220, 255), intensity=0.6, position=(-4.0, 3.0, 3.0))
+    return scene.add_light_directional("/light/sun", intensity=2.1, cast_shadow=True, position=(3.0, -2.0, 6.0))
 
 
 def add_footprints(

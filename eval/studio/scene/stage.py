@@ -13,7 +13,7 @@ from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES, HEAD_BODY
 from datasets.motion.rotation import heading
 from eval.studio.scene.clip_tracks import ClipTracks
 from eval.studio.scene.colours import AFTER, BEFORE, CENTRE_OF_MASS, FOOT_COLOURS, FOOT_OF_BODY, MISALIGNED, UNSURE, Colour, blend
-from eval.studio.scene.ground_marks import add_footprints, add_ground
+from eval.studio.scene.ground_marks import add_footprints, add_ground, add_lights
 from eval.studio.scene.humanoid_figure import HumanoidFigure
 from eval.studio.scene.skeleton_figure import SkeletonFigure
 from eval.studio.state.view_options import GHOST, HUMANOID, ONLY_AFTER, ONLY_BEFORE, SIDE_BY_SIDE, ViewOptions
@@ -35,6 +35,7 @@ class Stage:
         self._scene, self._on_body = scene, on_body
         self._world = scene.add_frame(WORLD, show_axes=False)
         add_ground(scene, WORLD)
+        self._sun = add_lights(scene)
         self._tracks: ClipTracks | None = None
         self._options = ViewOptions()
         self._humanoids: list[HumanoidFigure] = []
@@ -136,6 +137,7 @@ class Stage:
         if tracks.result is None:
             chosen = ONLY_BEFORE
         is_humanoid = self._options.figure == HUMANOID
+        self._sun.cast_shadow = self._options.shadows
         for index, humanoid in enumerate(self._humanoids):
             shown = chosen != (ONLY_AFTER, ONLY_BEFORE)[index]
             offset = ((-_ASIDE_M, _ASIDE_M)[index] if chosen == SIDE_BY_SIDE else 0.0) * self._side
