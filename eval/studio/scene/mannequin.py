@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull
 from datasets.motion.humanoid import ANKLE_HEIGHT, BALL_OFFSET, BODY_NAMES, HEEL_OFFSET, TOE_HEIGHT, split_side
 
 Ball = tuple[float, float, float, float]  # centre x, y, z and radius [m]
-_POINTS_ON_BALL = 220
+_POINTS_ON_BALL = 120
 _SOLE_RADIUS_M = 0.022  # of the balls along a foot's edge
 _HEEL_RADIUS_M = 0.03
 
