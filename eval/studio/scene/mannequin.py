@@ -78,11 +78,12 @@ def _body_mesh(name: str) -> Mesh:
     part, side = split_side(name)
     vertices, faces, count = [], [], 0
     for balls in _HULLS[part]:
-        mesh = hull_around_balls(np.array(balls) * ([1.0, -1.0, 1.0, 1.0] if side == "r" else 1.0))
+        mesh = hull_around_balls(np.array(balls))
         vertices.append(mesh.vertices)
         faces.append(mesh.faces + count)
         count += len(mesh.vertices)
-    return Mesh(np.concat(vertices), np.concat(faces))
+    made = Mesh(np.concat(vertices), np.concat(faces))
+    return Mesh(made.vertices * (1.0, -1.0, 1.0), made.faces[:, ::-1]) if side == "r" else made
 
 
 def hull_around_balls(balls: np.ndarray) -> Mesh:
