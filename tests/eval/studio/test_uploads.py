@@ -6,6 +6,7 @@ import pytest
 
 from configs.errors import InputError
 from eval.studio.state.uploads import harmless_name, keep_file, received_file
+from tests.datasets.formats.acclaim_files import write_person
 from tests.eval.studio.studio_parts import workspace, write_clip
 
 
@@ -65,3 +66,16 @@ def test_a_good_file_is_kept_and_opened(tmp_path: Path) -> None:
         assert project.path.read_bytes() == content
         assert opened.files() == [project.path]
         assert opened.receive("my sway.bvh", content) is project  # the same file, with its edits
+
+
+def test_a_skeleton_is_kept_for_the_motion_that_needs_it(tmp_path: Path) -> None:
+    motion = write_person(tmp_path, {})
+    (skeleton,) = tmp_path.glob("*.asf")
+    with workspace(None, tmp_path / "kept") as opened:
+        with pytest.raises(InputError):
+            opened.receive(motion.name, motion.read_bytes())  # without its skeleton
+        assert opened.receive(skeleton.name, skeleton.read_bytes()) is None
+        project = opened.receive(motion.name, motion.read_bytes())
+        assert project
+        assert len(project.session.recorded) > 1
+    assert sorted(file.name for file in (tmp_path / "kept").iterdir()) == sorted([motion.name, skeleton.name])
