@@ -91,6 +91,7 @@ class MimicVectorEnvBase(VectorEnv):
         self.assist_force_bw, self._is_wrench_set = 0.0, False
         self.max_body_error_m: float | None = None
         self.assist_wrench: Array | None = None
+        self.virtual_model_gain: Array | None = None  # of the virtual model's angles in each world, shape (N, 1); None as the task says
 
     @property
     def library_rows(self) -> Array:
@@ -140,14 +141,19 @@ class MimicVectorEnvBase(VectorEnv):
     def _lead_to_reference(self, row: Array) -> Array | None:
         """Set the coming step's assisting wrench towards the reference at rows (N,); return the virtual model's angles (N, 43) or None."""
         sets_wrench = bool(self.assist_force_bw) or self._is_wrench_set  # a wrench acts until another one is set
-        if not (sets_wrench or self.task.virtual_model):
+        gain = self.virtual_model_gain
+        acts = self.task.virtual_model if gain is None else bool(gain.any())
+        if not (sets_wrench or acts):
             return None
         agent, observed = self.physics.bodies(), self.library.at(row).observed
         if sets_wrench:
             self.assist_wrench = root_assist_wrench(agent, observed, self.assist_force_bw)
             self.physics.set_root_wrench(self.assist_wrench)
             self._is_wrench_set = self.assist_force_bw > 0.0
-        return virtual_model_angles(agent, observed) if self.task.virtual_model else None
+        if not acts:
+            return None
+        angles = virtual_model_angles(agent, observed)
+        return angles if gain is None else gain * angles
 
     def _observe(self, agent: BodyState, reference: Reference, worlds: Array | slice = slice(None)) -> Array:
         """Return the observations (n, O) of worlds, of all by default, from their bodies and references."""

@@ -1,8 +1,9 @@
 """SAMCON search (Liu et al. 2010) along a policy: sample actions around the policy's, simulate, keep the best, go on from them.
 
-A single rollout of a policy falls or loses the reference sooner or later. So many samples of the simulation follow the clip at once,
-some by the policy alone, the others with noise on their actions; after every window the worst go on from the states of the best. A force
-of limited size on the pelvis helps all of them (residual force control, Yuan and Kitani 2020).
+A single rollout of a policy falls or loses the reference sooner or later. So many samples of the simulation follow the clip at once, each
+with a controller of its own (``eval.clean.controllers``) and most with noise on their actions; after every window the worst go on from the
+states of the best, and with their controllers. A force of limited size on the pelvis helps all of them (residual force control, Yuan and
+Kitani 2020).
 """
 
 from collections.abc import Callable, Iterator
@@ -24,6 +25,7 @@ from envs.mimic.spec import MimicSpec
 from envs.physics.engine_interface import FRAMES_PER_STEP
 from envs.physics.mujoco_cpu import RecordingPhysics
 from envs.vector_env import AdaptMimicVectorEnv
+from eval.clean.controllers import Controllers, change_controllers, draw_controllers
 
 POSE_SIZE, VELOCITY_SIZE = 7 + HINGE_COUNT, 6 + HINGE_COUNT  # of a free root and the hinges
 WINDOWS_BETWEEN_PRUNINGS = 30  # a second of the clip
@@ -40,7 +42,9 @@ class SearchSettings:
     Attributes:
         num_samples: Number of simulated worlds.
         num_survivors: Number of samples that are kept at each selection; the first copy of each goes on without noise.
-        residual_share: Share of the policy's residuals: it lasts but does not aim, so that all of them move joints further off than none.
+        residual_shares: Smallest and largest share of the policy's residuals in the samples' controllers: the policy lasts but does not
+            aim, so that all of a residual moves joints further off than none.
+        virtual_share: Share of the controllers whose legs exert the virtual model's forces.
         steps_per_window: Control steps from one selection to the next.
         noise_std: Standard deviation of the noise on the actions, twice what training explores with.
         assist_force_bw: Largest force on the pelvis towards the clip [body weights]: what a handrail gives; 0 is none.
@@ -48,7 +52,8 @@ class SearchSettings:
 
     num_samples: int = 192
     num_survivors: int = 48
-    residual_share: float = 0.5
+    residual_shares: tuple[float, float] = (0.0, 0.5)
+    virtual_share: float = 0.5
     steps_per_window: int = 1
     noise_std: float = 0.25
     assist_force_bw: float = 0.1
@@ -139,12 +144,14 @@ class SamconSearch:
         observation, _ = env.reset(options={"clip": one, "frame": one + start, "frames": one + self._frames})
         first = self._snapshot(self._physics.motion())
         score, parents, windows, steps_done, steps_on_track = np.zeros(count), np.arange(count), [], 0, one
+        controllers = self._draw_controllers()
         num_pruned = 0  # windows
         num_survivors = 1  # different states among the samples; the others are their copies
         while steps_done < steps:
             substates, steps_on_track = [], np.zeros(count, dtype=int)  # in this window
+            env.virtual_model_gain = controllers.virtual_model_gain
             for step in range(min(self._settings.steps_per_window, steps - steps_done)):
-                observation, reward, terminated, _, _ = env.step(self._actions(observation, num_survivors))
+                observation, reward, terminated, _, _ = env.step(self._actions(observation, controllers, num_survivors))
                 substates += [self._snapshot(frame) for frame in self._physics.substates]
                 score = SCORE_DECAY * score + reward
                 steps_on_track += (
@@ -164,13 +171,18 @@ class SamconSearch:
             parents = np.resize(order, count)
             env.branch(parents)
             observation, score = observation[parents], score[parents]
+            controllers = change_controllers(self._random, controllers.branch(parents), self._draw_controllers(), num_survivors)
         return _backtrack(start, first, windows, steps_on_track)
 
-    def _actions(self, observation: np.ndarray, num_survivors: int) -> np.ndarray:
-        """Return the scaled actions of the policy (K, A), with noise on all samples but the first copy of each survivor."""
+    def _draw_controllers(self) -> Controllers:
+        settings = self._settings
+        return draw_controllers(self._random, settings.num_samples, settings.residual_shares, settings.virtual_share)
+
+    def _actions(self, observation: np.ndarray, controllers: Controllers, num_survivors: int) -> np.ndarray:
+        """Return each controller's share of the policy's actions (K, A), with noise on all but the first copy of each survivor."""
         noise = self._random.normal(scale=self._settings.noise_std, size=(len(observation), self._env.task.action_size))
         noise[:num_survivors] = 0.0
-        return (self._settings.residual_share * self._policy.act(observation) + noise).astype(np.float32)
+        return (controllers.residual_share * self._policy.act(observation) + noise).astype(np.float32)
 
     def _snapshot(self, frame: tuple[np.ndarray, ...]) -> np.ndarray:
         """Return states, PD targets and the assisting force [body weights] of all samples, shape (K, 143)."""

@@ -410,3 +410,17 @@ def test_what_the_env_cannot_do_is_refused(library: MotionLibrary) -> None:
         AdaptMimicVectorEnv(library, 1).reset(options=at([3], [0]))
     with pytest.raises(ValueError, match=r"frame is \[60\], should be from 0 to \[57\]"):
         AdaptMimicVectorEnv(library, 1).reset(options=at([2], [60]))
+
+
+def test_each_world_has_its_share_of_the_virtual_forces(library: MotionLibrary) -> None:
+    # Three worlds that begin alike and get the same actions: the first and the last without virtual forces, the second with all of them.
+    begin, moves = at([0, 0, 0], [40, 40, 40]), np.repeat(actions(5, 1), 3, axis=1)
+    mixed, plain, virtual = (AdaptMimicVectorEnv(library, 3, MimicSpec(virtual_model=with_it)) for with_it in (False, False, True))
+    mixed.virtual_model_gain = np.array([[0.0], [1.0], [0.0]])
+    for env in (mixed, plain, virtual):
+        env.reset(options=begin)
+    for action in moves:
+        got, without, having = (env.step(action)[0] for env in (mixed, plain, virtual))
+    assert np.array_equal(got[[0, 2]], without[[0, 2]])
+    assert got[1] == pytest.approx(having[1], abs=1e-5)
+    assert np.abs(got[0] - got[1]).max() > 1e-3

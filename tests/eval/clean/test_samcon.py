@@ -32,11 +32,13 @@ def unbroken(take: Segment) -> None:
     physics.reset(np.arange(worlds), take.poses[:-1], take.velocities[:-1])
     physics.step(take.targets[1:])
     poses, velocities, _ = physics.substates[0]  # a frame later
-    # The solver's sweeps begin here without the forces of the step before, which a stumbling foot shows. Another sample is farther nearly
-    # everywhere.
-    assert np.percentile(np.abs(poses - take.poses[1:]), 99) < 1e-3
-    assert np.percentile(np.abs(velocities - take.velocities[1:]), 99) < 0.1
-    assert np.percentile(np.abs(np.roll(poses, 1, axis=0) - take.poses[1:]), 99) > 2e-3
+    # The solver's sweeps begin here without the forces of the step before, which shows in the frames in which a stumbling foot strikes.
+    # Where windows went on from wrong samples, every second frame would be off.
+    errors = poses - take.poses[1:], velocities - take.velocities[1:], np.roll(poses, 1, axis=0) - take.poses[1:]
+    off, speed_off, others = (np.abs(error).max(axis=1) for error in errors)
+    assert np.percentile(off, 75) < 1e-3
+    assert np.percentile(speed_off, 75) < 0.1
+    assert np.percentile(others, 25) > 2e-3
 
 
 def test_a_clip_that_can_be_stood_is_one_take() -> None:
@@ -168,7 +170,7 @@ def test_only_a_share_of_the_residual_is_played() -> None:
     told = []
     for share in (0.0, 0.5):
         policy = Asking(SPEC.observation_size, SPEC.action_size, (8,))
-        search = replace(ALONE, noise_std=0.0, residual_share=share)
+        search = replace(ALONE, noise_std=0.0, residual_shares=(share, share), virtual_share=0.0)
         (take,) = SamconSearch(Simulator(policy, SPEC, 1, search), posed({}, 5)).segments()
         told.append(take.targets[:, hinge("shin_l_y")])
     assert told[1][1:] - told[0][1:] == pytest.approx([0.01, 0.01, 0.018, 0.018], abs=1e-6)
