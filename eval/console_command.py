@@ -16,6 +16,7 @@ class Command(NamedTuple):
 COMMANDS = {
     "clean": Command("eval.clean.cli", "clean a BVH file, or a folder of them"),
     "describe": Command("datasets.describe.cli", "say what motion files are, and how well they fit the humanoid"),
+    "studio": Command("eval.studio.cli", "clean and correct clips on a page of your browser"),
     "mcp": Command("eval.agent_server.cli", "serve cleaning to agents over the Model Context Protocol"),
     "live": Command("eval.live.cli", "full bodies for head, hand and pelvis trackers, live"),
     "train": Command("trainers.ppo.cli", "train a policy"),

@@ -37,10 +37,10 @@ LAYERS = {
         {"live", "metrics", "runs", "backends"},
         {"", "pages"},
         {"clean", "report", "study.framework", "study.suit", "benchmark.contacts", "benchmark.peers", "benchmark.timing"},
-        {"agent_server", "study.clean", "study.lobstr", "study.policy", "study.root", "benchmark.scaling"},
-        {"study.search", "study.restore"},
-        {"study"},
-        {"benchmark"},
+        {"agent_server", "study.clean", "study.lobstr", "study.policy", "study.root", "benchmark.scaling", "studio.state"},
+        {"study.search", "study.restore", "studio.scene"},
+        {"study", "studio.page"},
+        {"benchmark", "studio"},
     ],
 }
 GUARD = "envs/__init__.py"  # imports whatever is called datasets, to say where a foreign one was found

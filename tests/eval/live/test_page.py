@@ -15,7 +15,7 @@ from PIL import Image
 from eval.live.messages import UserView
 from eval.live.page import MAX_VIEWERS, LivePage, render_live_page
 from eval.live.wire_protocol import DEFAULT_HOST
-from tests.eval.live.browser import browser
+from tests.eval.browser import browser
 from tests.eval.live.live_parts import run
 
 

@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 FLAGS = (
-    *("--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--hide-scrollbars", "--window-size=1000,700"),
+    *("--headless", "--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars"),
     *("--no-first-run", "--disable-quic", "--disable-background-networking", "--disable-component-update", "--disable-sync"),
     *("--disable-extensions", "--remote-debugging-pipe"),
 )
@@ -57,6 +57,32 @@ class Browser:
         for kind, (x, y) in (("mousePressed", start), ("mouseMoved", end), ("mouseReleased", end)):
             self._call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1)
 
+    def click(self, element: str) -> None:
+        """Click in the middle of an element, which an expression finds, as soon as it is there and enabled."""
+        self.until(f"(e => e && !e.disabled && e.getBoundingClientRect().width > 0)({element})")
+        box = self.box(element)
+        self.drag((box[0] + box[2] / 2, box[1] + box[3] / 2), (box[0] + box[2] / 2, box[1] + box[3] / 2))
+
+    def box(self, element: str) -> list[float]:
+        """Return left, top, width and height of an element, which an expression finds, brought into view [pixels]."""
+        self.value(f"({element}).scrollIntoView({{block: 'nearest'}})")
+        return self.value(f"(b => [b.x, b.y, b.width, b.height])(({element}).getBoundingClientRect())")
+
+    def press(self, key: str, code: int) -> None:
+        """Press a key, by its name and its Windows key code."""
+        for kind in ("rawKeyDown", "keyUp"):
+            self._call("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=code)
+
+    def choose_file(self, selector: str, file: Path) -> None:
+        """Choose a file in an input of files, which a CSS selector finds."""
+        root = self._call("DOM.getDocument")["root"]["nodeId"]
+        found = self._call("DOM.querySelector", nodeId=root, selector=selector)["nodeId"]
+        self._call("DOM.setFileInputFiles", nodeId=found, files=[str(file)])
+
+    def save_downloads(self, folder: Path) -> None:
+        """Save what is downloaded in a folder."""
+        self._call("Page.setDownloadBehavior", behavior="allow", downloadPath=str(folder))
+
     def screenshot(self) -> bytes:
         """Return the page as PNG."""
         return base64.b64decode(self._call("Page.captureScreenshot", format="png")["data"])
@@ -81,14 +107,23 @@ class Browser:
 
 
 @contextmanager
-def browser(profile: Path) -> Iterator[Browser]:
-    """Start a browser whose files go to ``profile``; skips the test where there is none."""
+def browser(profile: Path, size: tuple[int, int] = (1000, 700)) -> Iterator[Browser]:
+    """Start a browser whose files go to ``profile``, with a window of a size [pixels]; skips the test where there is none."""
     found = next((path for name in NAMES if (path := shutil.which(name))), None)
     if found is None:
         pytest.skip(f"needs a browser: none of {', '.join(NAMES)} is installed")
     (hears, say), (hear, says) = os.pipe(), os.pipe()
     ends = [fcntl.fcntl(end, fcntl.F_DUPFD, 10) for end in (hears, says)]  # out of the way of 3 and 4, which a browser listens at
-    command = [sys.executable, "-c", AT_3_AND_4, *map(str, ends), found, *FLAGS, f"--user-data-dir={profile}"]
+    command = [
+        sys.executable,
+        "-c",
+        AT_3_AND_4,
+        *map(str, ends),
+        found,
+        *FLAGS,
+        f"--window-size={size[0]},{size[1]}",
+        f"--user-data-dir={profile}",
+    ]
     quiet = subprocess.DEVNULL
     process = subprocess.Popen(command, pass_fds=ends, stdout=quiet, stderr=quiet, start_new_session=True)
     for end in (hears, says, *ends):

@@ -1,0 +1,89 @@
+"""The studio's page: a tab for each browser that connects, and the clock by which they play."""
+
+import threading
+import time
+import traceback
+import warnings
+
+import viser
+
+from eval.studio.page.tab import PANEL_WIDTH_PX, Tab
+from eval.studio.scene.colours import BRAND
+from eval.studio.server import open_server
+from eval.studio.state.workspace import Workspace
+
+FRAMES_PER_SECOND = 60.0  # that figures are drawn: those of a cleaned clip
+TITLE = "adapt-mimic studio"
+
+
+class StudioServer:
+    """Page of a workspace.
+
+    Attributes:
+        viewer: Server of the page.
+        tabs: Open tabs, by the number of their connection.
+    """
+
+    def __init__(self, workspace: Workspace, port: int) -> None:
+        """Serve the page on the loopback."""
+        warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)  # a tab may close at any time
+        self._workspace, self._is_closed = workspace, threading.Event()
+        self.tabs: dict[int, Tab] = {}
+        self.viewer = open_server(port)
+        self._prepare()
+        self.viewer.on_client_connect(self._enter)
+        self.viewer.on_client_disconnect(self._leave)
+        self._clock = threading.Thread(target=self._run, daemon=True, name="clock")
+        self._clock.start()
+
+    @property
+    def address(self) -> str:
+        """Address of the page."""
+        return f"http://{self.viewer.get_host()}:{self.viewer.get_port()}"
+
+    def close(self) -> None:
+        """Stop."""
+        self._is_closed.set()
+        self._clock.join(timeout=2.0)
+        self.viewer.stop()
+        self._workspace.close()
+
+    def _prepare(self) -> None:
+        """Set up what all tabs share: theme, and where they look from at first."""
+        viewer = self.viewer
+        viewer.gui.configure_theme(control_width="medium", show_logo=False, show_share_button=False, brand_color=BRAND)
+        viewer.gui.set_panel_label(TITLE)
+        viewer.gui.main_panel.dock_right()
+        viewer.gui.main_panel.set_width(PANEL_WIDTH_PX)
+        viewer.scene.set_up_direction("+z")
+        camera = viewer.initial_camera
+        camera.position, camera.look_at, camera.fov = (4.7, -2.9, 1.5), (0.0, 0.0, 0.5), 0.62  # above the timeline
+
+    def _enter(self, client: viser.ClientHandle) -> None:
+        tab = Tab(client, self._workspace)
+        self.tabs[client.client_id] = tab
+        opened = self._workspace.opened
+        if opened:
+            tab.events.run(lambda: tab.open(opened))
+
+    def _leave(self, client: viser.ClientHandle) -> None:
+        tab = self.tabs.pop(client.client_id, None)
+        if tab:
+            tab.close()
+
+    def _run(self) -> None:
+        """Let all tabs play."""
+        before = due = time.monotonic()
+        while not self._is_closed.is_set():
+            now = time.monotonic()
+            for tab in list(self.tabs.values()):
+                if tab.events.lock.acquire(blocking=False):  # a tab that is busy, as with reading a long clip, holds up no other
+                    try:
+                        tab.tick(now - before)
+                    except Exception:
+                        traceback.print_exc()  # a fault of the program; the other tabs go on
+                    finally:
+                        tab.events.lock.release()
+            before = now
+            due = max(due + 1.0 / FRAMES_PER_SECOND, time.monotonic())  # what was missed is not made up for
+            self._is_closed.wait(due - time.monotonic())

@@ -1,0 +1,107 @@
+"""The page in a real browser: a clip is chosen, played, its contact dragged, and the clean clip downloaded."""
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from datasets.formats.motion_file import write_motion_file
+from datasets.performer.performer_clip import read_performer_file
+from eval.clean.edits import RIGHT
+from eval.clean.edits_file import read_edits
+from eval.clean.session import CleaningSession
+from eval.studio.studio_server import StudioServer
+from tests.eval.browser import Browser, browser
+from tests.eval.studio.studio_parts import small_pipeline, workspace, write_clip
+
+WINDOW_PX = (1180, 720)
+TRACKS = "[...document.querySelectorAll('.multi-slider-track-container')]"  # time, left foot, right foot
+SECONDS = 60.0
+
+
+def says(text: str) -> str:
+    """Return the expression that the page says something."""
+    return f"document.body.innerText.includes({text!r})"
+
+
+def button(text: str, number: int = 0) -> str:
+    """Return the expression of a button, of several with this text the one of a number."""
+    return f"[...document.querySelectorAll('button')].filter(one => one.innerText.trim() === {text!r})[{number}]"
+
+
+def tab(text: str) -> str:
+    """Return the expression of a panel's tab."""
+    return f"[...document.querySelectorAll('[role=tab]')].find(one => one.innerText.trim() === {text!r})"
+
+
+def wait(what: Callable[[], bool]) -> None:
+    """Wait until something is true."""
+    end = time.monotonic() + SECONDS
+    while not what():
+        assert time.monotonic() < end
+        time.sleep(0.05)
+
+
+@contextmanager
+def studio(source: Path | None, uploads: Path) -> Iterator[StudioServer]:
+    """Serve a studio with small physics."""
+    with workspace(source, uploads) as opened:
+        server = StudioServer(opened, 0)
+        try:
+            yield server
+        finally:
+            server.close()
+
+
+def open_page(view: Browser, server: StudioServer) -> None:
+    """Open the page, drawn coarsely, as software draws here."""
+    view.open(f"{server.address}/?fixedDpr=0.1")
+    view.until(says("Open a clip"))
+
+
+def drag_end(view: Browser, foot: int, end: int, share: float) -> None:
+    """Drag an end of a foot's contact to a share of the track."""
+    track, thumb = f"{TRACKS}[{foot + 1}]", f"{TRACKS}[{foot + 1}].querySelectorAll('.multi-slider-thumb')[{end}]"
+    left, top, width, height = view.box(track)
+    x, y, wide, high = view.box(thumb)
+    view.drag((x + wide / 2, y + high / 2), (left + share * width, top + height / 2))
+
+
+def test_a_clip_is_dropped_scrubbed_edited_and_saved(tmp_path: Path) -> None:
+    clip, kept, got = write_clip(tmp_path), tmp_path / "kept", tmp_path / "got"
+    got.mkdir()
+    with studio(None, kept) as server, browser(tmp_path / "profile", WINDOW_PX) as view:
+        view.save_downloads(got)
+        open_page(view, server)
+        view.choose_file("input[type=file]", clip)
+        view.until(says("sway is taken for"))
+        view.until(says("frame 1 of 120"))
+        left, top, width, height = view.box(f"{TRACKS}[0]")
+        view.drag((left + 0.5 * width, top + height / 2), (left + 0.75 * width, top + height / 2))
+        view.until("/frame (89|90|91) of 120/.test(document.body.innerText)")  # three quarters of 119 frames after the first
+        view.click(tab("Edit"))
+        view.click(button("to"))
+        view.drag((left, top + height / 2), (left + 0.25 * width, top + height / 2))
+        view.until("/frame (30|31) of 120/.test(document.body.innerText)")
+        view.click(button("from"))
+        edits = kept / "sway.edits.json"
+        assert not edits.exists()
+        view.click(f"{button('does not stand', 1)}")
+        wait(edits.exists)
+        wait(lambda: len(read_edits(edits).contacts) == 1)
+        view.until(f"{TRACKS}[2].querySelectorAll('.multi-slider-thumb').length === 2")  # where it lifts off, and where it lands
+        drag_end(view, 1, 1, 0.9)
+        wait(lambda: len(read_edits(edits).contacts) == 2)
+        lift, longer = read_edits(edits).contacts
+        assert (lift.foot, lift.stands, longer.foot, longer.stands) == (RIGHT, False, RIGHT, False)
+        assert lift.start_s == pytest.approx(0.5, abs=0.05)
+        assert longer.start_s == pytest.approx(1.5, abs=0.05)
+        assert longer.stop_s == pytest.approx(0.9 * 119 / 60, abs=0.05)
+        view.click(tab("Save"))
+        view.click(button("Download"))
+        wait(lambda: (got / "sway_clean.bvh").is_file())
+    session = CleaningSession(read_performer_file(clip, None), "sway", small_pipeline())
+    write_motion_file(tmp_path / "command.bvh", session.write(session.solve(read_edits(edits))), clip)
+    assert (got / "sway_clean.bvh").read_bytes() == (tmp_path / "command.bvh").read_bytes()
