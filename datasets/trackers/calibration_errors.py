@@ -17,8 +17,8 @@ class CalibrationErrors(NamedTuple):
 
     Attributes:
         scales: True size over the calibrated one, shape (N,).
-        offsets: Displacement of each joint in its own frame, at the standard size [m], shape (N, 4, 3).
-        rotations: Rotation of each joint in its own frame, wxyz, shape (N, 4, 4).
+        offsets: Displacement of each of the eight joints in its own frame, at the standard size [m], shape (N, 8, 3).
+        rotations: Rotation of each joint in its own frame, wxyz, shape (N, 8, 4).
     """
 
     scales: np.ndarray
@@ -34,8 +34,8 @@ def draw_calibration_errors(count: int, rng: np.random.Generator) -> Calibration
     """
     drawn = []
     for _ in range(count):
-        wearing = draw_tracker_placement(rng, rng.uniform(*HEIGHT_RANGE_M))
-        found = calibrate_trackers(simulate_trackers(simulate_t_pose(T_POSE_S, rng), wearing, rng))
+        wearing = draw_tracker_placement(rng, rng.uniform(*HEIGHT_RANGE_M), legs=True)
+        found = calibrate_trackers(simulate_trackers(simulate_t_pose(T_POSE_S, rng, legs=True), wearing, rng))
         offsets = wearing.offsets / found.scale + rotate(wearing.tilts, found.offset_positions)
         drawn.append((wearing.scale / found.scale, offsets, multiply(wearing.tilts, found.offset_rotations)))
     return CalibrationErrors(*(np.stack(part) for part in zip(*drawn, strict=True)))

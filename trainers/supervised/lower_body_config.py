@@ -28,10 +28,13 @@ class LowerBodyLearnerConfig:
         perfect_share: Share of the pieces whose joints are exact.
         convention_deg: Standard deviation of a constant pitch of pelvis and head in a piece, as skeletons of other families have it [deg].
         build: Standard deviation of the lengths of trunk and arms of a piece, relative to the standard ones.
+        floor_m: Standard deviation of the height of a piece's floor, as people stand on straighter or more bent legs, and clips float [m].
         position_noise_m: Standard deviation of the trackers' noise along each axis, drawn anew in each frame [m].
         rotation_noise_deg: The same about each axis [deg].
         no_pelvis_share: Share of the pieces without a pelvis tracker.
         feet_share: Share of the pieces with trackers on the feet.
+        shins_share: Share of the pieces with trackers on the shins.
+        imu_share: Share of the trackers on legs that are IMUs, which have no position.
         lost_share: Share of the trackers that are lost for a while in a piece.
         bfloat16: Whether matrices are multiplied in bfloat16: twice as quick where the processor supports it.
         threads: Number of torch threads.
@@ -52,10 +55,13 @@ class LowerBodyLearnerConfig:
     perfect_share: float = 0.3
     convention_deg: float = 4.0
     build: float = 0.03
+    floor_m: float = 0.0
     position_noise_m: float = 0.0012
     rotation_noise_deg: float = 0.15
     no_pelvis_share: float = 0.1
-    feet_share: float = 0.1
+    feet_share: float = 0.15
+    shins_share: float = 0.15
+    imu_share: float = 0.4
     lost_share: float = 0.04
     bfloat16: bool = True
     threads: int = 1
@@ -70,11 +76,11 @@ class LowerBodyLearnerConfig:
         )
         for name in ("learning_rate", "final_learning_rate"):
             require(getattr(self, name) > 0.0, f"learner.{name}", getattr(self, name), "above 0")
-        shares = ("perfect_share", "no_pelvis_share", "feet_share", "lost_share")
+        shares = ("perfect_share", "no_pelvis_share", "feet_share", "shins_share", "imu_share", "lost_share")
         for name in shares:
             require(0.0 <= getattr(self, name) <= 1.0, f"learner.{name}", getattr(self, name), "from 0 to 1")
         weights = (f"{name}_weight" for name in ("rotation", "position", "velocity", "foot_lock", "contact"))
-        for name in (*weights, "weight_decay", "convention_deg", "build", "position_noise_m", "rotation_noise_deg"):
+        for name in (*weights, "weight_decay", "convention_deg", "build", "floor_m", "position_noise_m", "rotation_noise_deg"):
             require(getattr(self, name) >= 0.0, f"learner.{name}", getattr(self, name), "0 or more")
 
 

@@ -32,8 +32,8 @@ class Pieces(NamedTuple):
     """Pieces of clips, padded by their last frames.
 
     Attributes:
-        positions: True positions of the joints that may be tracked [m], shape (B, T, 6, 3).
-        rotations: True rotation matrices of these joints, shape (B, T, 6, 3, 3).
+        positions: True positions of the joints that may be tracked [m], shape (B, T, 8, 3).
+        rotations: True rotation matrices of these joints, shape (B, T, 8, 3, 3).
         legs: True rotation matrices of thighs in the world, of shins and feet relative to their parents, shape (B, T, 6, 3, 3).
         contacts: Contacts of the toe-bases, 0 or 1, shape (B, T, 2).
         inside: Whether each frame is one of the clip, shape (B, T).
@@ -71,8 +71,8 @@ class LowerBodyLearner:
         pieces = self._draw(NUM_NORMALISATION_PIECES)
         joints = self._augment(pieces.positions, pieces.rotations)
         rotations, pelvis = _targets(pieces, joints.seen)
-        every = torch.ones_like(joints.seen)  # feet are seen too rarely
-        self.model.fit_normalisation(_features(joints._replace(seen=every)), every, rotations, pelvis)
+        every = torch.ones_like(joints.seen)  # legs are tracked too rarely
+        self.model.fit_normalisation(_features(joints._replace(seen=every, oriented=every)), rotations, pelvis)
         self.optimiser = torch.optim.AdamW(self.model.parameters(), lr=self.config.learning_rate, weight_decay=self.config.weight_decay)
 
     @property
@@ -111,14 +111,14 @@ class LowerBodyLearner:
             pieces = self._cut(starts, self._holdout.frames_left(starts))
             seen = torch.zeros(pieces.positions.shape[:3], dtype=torch.bool)
             seen[..., : len(TRACKER_NAMES)] = True
-            for name, value in self._losses(pieces, JointPoses(pieces.positions, pieces.rotations, seen)).items():
+            for name, value in self._losses(pieces, JointPoses(pieces.positions, pieces.rotations, seen, seen)).items():
                 totals[name] = totals.get(name, 0.0) + float(value) * len(starts) / len(self._scored)
         return totals
 
     def _losses(self, pieces: Pieces, joints: JointPoses) -> dict[str, torch.Tensor]:
         """Return the loss of pieces, and errors that a reader understands: in degrees, cm and per cent."""
         with torch.autocast("cpu", torch.bfloat16, enabled=self.config.bfloat16):
-            predicted = LowerBodyPrediction(*(part.float() for part in self.model(_features(joints), joints.seen)))
+            predicted = LowerBodyPrediction(*(part.float() for part in self.model(_features(joints), torch.stack([joints.seen, joints.oriented], -1))))
         true_rotations, true_pelvis = _targets(pieces, joints.seen)
         inside = pieces.inside.clone()
         inside[:, : self.config.skipped_frames] = False
@@ -135,7 +135,7 @@ class LowerBodyLearner:
         away = points - true_points  # (B, T, 2, 3, 3)
         chords = safe_norm((rotations - true_rotations).flatten(-2)) * 0.5**0.5
         # Both frames of a difference are in the reference frame of their own; the turn between them moves the true points as well.
-        frame, origin = reference_frame(JointPoses(pieces.positions, pieces.rotations, joints.seen))
+        frame, origin = reference_frame(JointPoses(pieces.positions, pieces.rotations, joints.seen, joints.oriented))
         toes = (frame[:, :, None] @ points[:, :, :, 2, :, None])[..., 0] + origin[:, :, None]
         stands = pieces.contacts[:, 1:] * pieces.contacts[:, :-1] * moving[..., None]
         slide = safe_norm(toes.diff(dim=1)) * TRACKER_RATE_HZ
@@ -170,7 +170,9 @@ class LowerBodyLearner:
         first = rows + left - self._training.lengths(rows)
         starts = rows - (torch.rand(count, generator=self.random) * length).long()
         starts = torch.maximum(torch.minimum(starts, rows + left - length), first)
-        return self._cut(starts, rows + left - starts)
+        pieces = self._cut(starts, rows + left - starts)
+        pieces.positions[..., 2] += self.config.floor_m * torch.randn(count, 1, 1, generator=self.random)
+        return pieces
 
     def _cut(self, starts: torch.Tensor, left: torch.Tensor) -> Pieces:
         """Return the pieces from ``starts`` (B,) on, of clips with ``left`` (B,) frames from there on."""
@@ -197,13 +199,13 @@ def _long_frames(clips: ClipSelection) -> torch.Tensor:
 def _features(joints: JointPoses) -> torch.Tensor:
     """Return the features of pieces, in whose first frame nothing was seen before."""
     before = JointPoses(*(torch.cat([part[:, :1], part[:, :-1]], 1) for part in joints))
-    before.seen[:, 0] = False
+    before.seen[:, 0] = before.oriented[:, 0] = False
     return joint_features(before, joints)
 
 
 def _targets(pieces: Pieces, seen: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
     """Return the true rotations (B, T, 7, 3, 3), and positions of the pelvis (B, T, 3) [m], relative to the true reference frame."""
-    frame, origin = reference_frame(JointPoses(pieces.positions, pieces.rotations, seen))
+    frame, origin = reference_frame(JointPoses(pieces.positions, pieces.rotations, seen, seen))
     back = frame.transpose(-1, -2)[:, :, None]
     pelvis = back @ pieces.rotations[:, :, PELVIS_TRACKER, None]
     thighs = back @ pieces.legs[:, :, _THIGHS]

@@ -2,7 +2,7 @@
 
 import argparse
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,14 +13,32 @@ from agents.lower_body.model import LowerBodyModel
 from agents.lower_body.pose import joint_poses
 from agents.weights.pretrained import PRETRAINED_LOWER_BODY
 from configs.exit_codes import run_command
-from datasets.motion.kinematics import body_poses
 from datasets.motion.rotation_matrices import quaternions_to_matrices
-from datasets.trackers.joint_features import TRACKED_JOINT_BODIES, JointPoses
-from datasets.trackers.trackers import PELVIS_TRACKER, TrackerPoses
+from datasets.trackers.joint_features import JointPoses
+from datasets.trackers.trackers import (
+    ALL_TRACKER_NAMES,
+    FOOT_TRACKERS,
+    PELVIS_TRACKER,
+    SHIN_TRACKERS,
+    TRACKER_NAMES,
+    TrackerPoses,
+    tracker_poses,
+)
 from eval.study.lobstr.evaluation_sessions import EvaluationClip, Session, load_unseen_clips, simulate_sessions
 from eval.study.lobstr.scores import PredictedLegs, Scores, score_clips, score_sessions, weighted_mean
 from eval.study.lobstr.variants import USER_HEIGHTS_CM
 
+USUAL = tuple(range(len(TRACKER_NAMES)))
+# Trackers with a position and trackers with a rotation of each set but the usual one
+TRACKER_SETS = {
+    "no pelvis tracker": ((0, 1, 2), (0, 1, 2)),
+    "feet tracked": ((*USUAL, *FOOT_TRACKERS), (*USUAL, *FOOT_TRACKERS)),
+    "knees tracked": ((*USUAL, *SHIN_TRACKERS), (*USUAL, *SHIN_TRACKERS)),
+    "feet and knees tracked": (tuple(range(len(ALL_TRACKER_NAMES))),) * 2,
+    "IMUs on the shins": (USUAL, (*USUAL, *SHIN_TRACKERS)),
+    "IMUs on shins and feet": (USUAL, tuple(range(len(ALL_TRACKER_NAMES)))),
+    "no pelvis tracker, feet tracked": ((0, 1, 2, *FOOT_TRACKERS),) * 2,
+}
 CALM = ("walk", "static")  # categories of walks, turns and standing, for which marks are stricter
 MEASURES = {"contact_accuracy": "contacts [%]", "rotational_error": "rotation [deg]", "toe_position_error": "toe-bases [cm]"}
 
@@ -48,16 +66,12 @@ def shipped_rows(model: LowerBodyModel, data: Path) -> Iterator[tuple[str, Score
         data: Folder of real motion.
     """
     clips = load_unseen_clips(data)
-    sets: dict[str, Callable[[EvaluationClip], JointPoses]] = {
-        "": lambda clip: _seen(clip.joints, np.ones(clip.joints.positions.shape[:2], dtype=bool)),
-        ", no pelvis tracker": _without_pelvis,
-        ", feet tracked": _with_feet,
-    }
-    for name, see in sets.items():
-        predicted = _predict(model, [see(clip) for clip in clips])
+    for name, (seen, oriented) in {"": (USUAL, USUAL), **TRACKER_SETS}.items():
+        predicted = _predict(model, [_tracked(clip, seen, oriented) for clip in clips])
         kinds = sorted({clip.motion.kind for clip in clips if clip.is_recorded}) if not name else []
         for group, chosen in _groups(clips, kinds):
-            yield f"{group}{name}", score_clips([clips[one] for one in chosen], [predicted[one] for one in chosen])
+            row = f"{group}, {name}" if name else group
+            yield row, score_clips([clips[one] for one in chosen], [predicted[one] for one in chosen])
     sessions = simulate_sessions(clip for clip in clips if clip.is_recorded)
     for height in USER_HEIGHTS_CM:
         own = [one for one in sessions if one.height_cm == height]
@@ -91,16 +105,12 @@ def _seen(joints: TrackerPoses, seen: np.ndarray) -> JointPoses:
     return joint_poses(joints, quaternions_to_matrices(joints.rotations), seen)
 
 
-def _without_pelvis(clip: EvaluationClip) -> JointPoses:
-    seen = np.ones(clip.joints.positions.shape[:2], dtype=bool)
-    seen[:, PELVIS_TRACKER] = False
-    return _seen(clip.joints, seen)
-
-
-def _with_feet(clip: EvaluationClip) -> JointPoses:
-    positions, rotations = body_poses(clip.motion)
-    turned = quaternions_to_matrices(rotations[:, TRACKED_JOINT_BODIES])
-    return JointPoses(positions[:, TRACKED_JOINT_BODIES], turned, np.ones(turned.shape[:2], dtype=bool))
+def _tracked(clip: EvaluationClip, seen: Sequence[int], oriented: Sequence[int]) -> JointPoses:
+    """Return the joints of a clip with perfect trackers that tell the position of those ``seen``, the rotation of those ``oriented``."""
+    joints = tracker_poses(clip.motion, len(ALL_TRACKER_NAMES))
+    masks = np.zeros((2, *joints.positions.shape[:2]), dtype=bool)
+    masks[0, :, list(seen)] = masks[1, :, list(oriented)] = True
+    return joint_poses(joints, quaternions_to_matrices(joints.rotations), masks[0], masks[1])
 
 
 def main(arguments: list[str] | None = None) -> int:
