@@ -65,7 +65,7 @@ class LiveBodySolver:
         seen = np.asarray(np.isfinite(trackers.positions[..., 0]))
         if calibrated.all():
             return self._solve(rows, filled, seen)
-        solved = _t_pose(filled)
+        solved = _t_pose(filled, self._worn[rows, PELVIS_TRACKER])
         if calibrated.any():
             here = np.flatnonzero(calibrated)
             found = self._solve(rows[here], TrackerPoses(filled.positions[here], filled.rotations[here]), seen[here])
@@ -122,7 +122,7 @@ class LiveBodySolver:
         rotations, root = upper_body_pose(joints), joints.positions[:, PELVIS_TRACKER]
         contacts = legs.contacts & warm[:, None]
         legs = legs._replace(pelvis_position=root, pelvis_rotation=joints.rotations[:, PELVIS_TRACKER])
-        legs, led = self._lead(rows, legs, every, seen)
+        legs, led = self._lead(rows, legs, every, seen, oriented)
         locked = contacts & ~led
         if warm.all():
             rotations = self._foot_lock.step(rows, root, with_legs(rotations, legs.legs), locked)
@@ -131,24 +131,25 @@ class LiveBodySolver:
             rotations[warm] = self._foot_lock.step(rows[warm], root[warm], posed, locked[warm])
         return SolvedFrames(root * calibration.scale[:, None], rotations, contacts, np.where(warm, LIVE, WARMING_UP), calibration.scale, {})
 
-    def _lead(self, rows: np.ndarray, legs: LowerBodyPose, joints: TrackerPoses, seen: np.ndarray) -> tuple[LowerBodyPose, np.ndarray]:
+    def _lead(
+        self, rows: np.ndarray, legs: LowerBodyPose, joints: TrackerPoses, seen: np.ndarray, oriented: np.ndarray
+    ) -> tuple[LowerBodyPose, np.ndarray]:
         """Return the lower bodies with legs at their trackers, and whether a tracker leads each foot (n, 2)."""
         led = np.zeros(legs.contacts.shape, dtype=bool)
         here = np.flatnonzero(self._worn[rows, _USUAL:].any(axis=1))
         if not len(here):
             return legs, led
-        tracked = TrackerPoses(*(part[here, _USUAL:] for part in joints))
-        found, led[here] = self._leg_trackers.reach(
-            rows[here], LowerBodyPose(*(part[here] for part in legs)), tracked, seen[here, _USUAL:]
-        )
+        body, tracked = LowerBodyPose(*(part[here] for part in legs)), TrackerPoses(*(part[here] for part in joints))
+        found, led[here] = self._leg_trackers.reach(rows[here], body, tracked, seen[here], oriented[here])
         legs.legs[here] = found.legs
         return legs, led
 
 
-def _t_pose(trackers: TrackerPoses) -> SolvedFrames:
+def _t_pose(trackers: TrackerPoses, has_pelvis: np.ndarray) -> SolvedFrames:
     """Return the frame of users who are calibrating: the T-pose at the pelvis tracker, or below the head where there is none."""
     users = len(trackers.positions)
     rotations = np.zeros((users, BODY_COUNT, 4))
     rotations[..., 0] = 1.0
-    root = trackers.positions[:, PELVIS_TRACKER].copy()
+    below = trackers.positions[:, HEAD_TRACKER] * (1.0, 1.0, _PELVIS_SHARE)
+    root = np.where(has_pelvis[:, None], trackers.positions[:, PELVIS_TRACKER], below)
     return SolvedFrames(root, rotations, np.zeros((users, 2), dtype=bool), np.full(users, CALIBRATING), np.ones(users), {})

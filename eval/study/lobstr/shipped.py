@@ -37,8 +37,9 @@ TRACKER_SETS = {
     "feet and knees tracked": (tuple(range(len(ALL_TRACKER_NAMES))),) * 2,
     "IMUs on the shins": (USUAL, (*USUAL, *SHIN_TRACKERS)),
     "IMUs on shins and feet": (USUAL, tuple(range(len(ALL_TRACKER_NAMES)))),
-    "no pelvis tracker, feet tracked": ((0, 1, 2, *FOOT_TRACKERS),) * 2,
+    "feet tracked, pelvis not": ((0, 1, 2, *FOOT_TRACKERS),) * 2,
 }
+NAME_WIDTH = 52  # characters of a row's name
 CALM = ("walk", "static")  # categories of walks, turns and standing, for which marks are stricter
 MEASURES = {"contact_accuracy": "contacts [%]", "rotational_error": "rotation [deg]", "toe_position_error": "toe-bases [cm]"}
 
@@ -121,9 +122,9 @@ def main(arguments: list[str] | None = None) -> int:
     options = made.parse_args(arguments)
 
     def run() -> None:
-        print(f"{'':48}" + "".join(f"{title:>16}" for title in MEASURES.values()))
+        print(f"{'':{NAME_WIDTH}}" + "".join(f"{title:>16}" for title in MEASURES.values()))
         for name, scores in shipped_rows(LowerBodyModel.load(options.model)[0], options.data):
-            print(f"{name:48}" + "".join(f"{scores[measure]:16.2f}" for measure in MEASURES), flush=True)
+            print(f"{name:{NAME_WIDTH}}" + "".join(f"{scores[measure]:16.2f}" for measure in MEASURES), flush=True)
 
     return run_command(run)
 

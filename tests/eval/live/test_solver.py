@@ -10,7 +10,17 @@ from datasets.motion.humanoid import BODY_NAMES, SKELETON
 from datasets.motion.skeleton import forward_kinematics
 from datasets.motion.t_pose import PELVIS_HEIGHT, STANDING_HEIGHT
 from datasets.trackers.calibration import EYE_OFFSET_M
-from datasets.trackers.trackers import HAND_L_TRACKER, PELVIS_TRACKER, TRACKED_BODIES, TrackerPoses
+from datasets.trackers.trackers import (
+    ALL_TRACKER_NAMES,
+    FOOT_TRACKERS,
+    HAND_L_TRACKER,
+    PELVIS_TRACKER,
+    SHIN_TRACKERS,
+    TRACKED_BODIES,
+    TRACKER_NAMES,
+    TrackerPoses,
+    pad_trackers,
+)
 from datasets.trackers.virtual_user import TrackerPlacement, draw_tracker_placement, simulate_t_pose, simulate_trackers
 from eval.live.messages import CALIBRATING, LIVE, WARMING_UP, SolvedFrames
 from eval.live.solver import CALIBRATION_FRAMES, LiveBodySolver
@@ -36,7 +46,7 @@ def frame(users: list[TrackerPoses], number: int) -> TrackerPoses:
 
 
 def play(bodies: LiveBodySolver, rows: list[int], users: list[TrackerPoses], frames: range) -> list[SolvedFrames]:
-    return [bodies.step(np.array(rows), frame(users, number)) for number in frames]
+    return [bodies.step(np.array(rows), pad_trackers(frame(users, number))) for number in frames]
 
 
 def test_states(model: LowerBodyModel) -> None:
@@ -85,7 +95,7 @@ def test_head_and_hands_are_where_the_trackers_are(model: LowerBodyModel) -> Non
         offsets = np.tile(SKELETON.offsets * one.scales[0], (1, 1, 1))
         offsets[:, 0] = one.root_position
         places = forward_kinematics(SKELETON.parents, offsets, one.local_rotations)[0]
-        off = np.linalg.norm(places[0, TRACKED_BODIES] - joints.positions[number], axis=-1)
+        off = np.linalg.norm(places[0, TRACKED_BODIES[: len(TRACKER_NAMES)]] - joints.positions[number], axis=-1)
         # The size is read from the display's height, which is worn up to 2 cm higher or lower: hands and head are as far off
         assert off.max() < 0.05
 
@@ -108,7 +118,7 @@ def test_users_do_not_disturb_each_other(model: LowerBodyModel) -> None:
     for number in range(160):
         here = [user for user in range(3) if number >= late[user]]
         trackers = TrackerPoses(*(np.stack([users[user][part][number - late[user]] for user in here]) for part in range(2)))
-        solved = bodies.step(np.array([rows[user] for user in here]), trackers)
+        solved = bodies.step(np.array([rows[user] for user in here]), pad_trackers(trackers))
         for place, user in enumerate(here):
             together[user].append(tuple(part[place] for part in solved[:5]))
     for user in range(3):
@@ -178,7 +188,7 @@ def test_trackers_that_go_mad_make_no_other_numbers(model: LowerBodyModel, seed:
         positions[1] = positions[1, :1] * rng.choice([0.0, 1e-200, 1.0])  # all in one place
         turned = rng.normal(size=(4, 4))
         rotations[2] = turned / np.linalg.norm(turned, axis=-1, keepdims=True)
-        solved = bodies.step(np.arange(4), TrackerPoses(positions, rotations))
+        solved = bodies.step(np.arange(4), pad_trackers(TrackerPoses(positions, rotations)))
         np.testing.assert_allclose(np.linalg.norm(solved.local_rotations, axis=-1), 1.0, atol=1e-6)
         assert np.isfinite(solved.root_position).all()
     assert solved  # and who is calm among them still stands there
