@@ -7,8 +7,10 @@ import torch
 
 from agents.lower_body.model import LowerBodyModel, LowerBodyPrediction
 from agents.lower_body.pose import LowerBodyPose, lower_body_pose, tracking_masks
+from agents.lower_body.tracked_contacts import TrackedContacts
 from agents.lower_body.tracked_legs import reach_tracked_joints
 from datasets.trackers.joint_features import JointPoses, joint_features
+from datasets.trackers.trackers import FOOT_TRACKERS
 
 BATCH_CLIPS = 32
 
@@ -31,8 +33,17 @@ def predict_clips(model: LowerBodyModel, clips: Sequence[JointPoses]) -> list[Lo
         for row, clip in enumerate(some):
             frames = len(clips[clip].positions)
             body = lower_body_pose(clips[clip], LowerBodyPrediction(*(part[row, :frames] for part in predicted)))
-            found[clip] = reach_tracked_joints(body, clips[clip])
+            found[clip] = reach_tracked_joints(body._replace(contacts=_contacts(clips[clip], body.contacts)), clips[clip])
     return [found[clip] for clip in range(len(clips))]
+
+
+def _contacts(joints: JointPoses, contacts: np.ndarray) -> np.ndarray:
+    """Return the contacts (T, 2) of a clip, those of feet that are tracked by their height."""
+    if not joints.seen[:, FOOT_TRACKERS].any():
+        return contacts
+    tracked, row = TrackedContacts(1), np.zeros(1, dtype=int)
+    frames = [JointPoses(*(part[frame : frame + 1] for part in joints)) for frame in range(len(contacts))]
+    return np.concat([tracked.step(row, frame, contacts[number : number + 1]) for number, frame in enumerate(frames)])
 
 
 def _features(joints: JointPoses) -> torch.Tensor:

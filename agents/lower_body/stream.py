@@ -5,9 +5,10 @@ import torch
 
 from agents.lower_body.model import LowerBodyModel, LowerBodyPrediction
 from agents.lower_body.pose import LowerBodyPose, joint_poses, lower_body_pose, tracking_masks
+from agents.lower_body.tracked_contacts import TrackedContacts
 from datasets.motion.rotation_matrices import quaternions_to_matrices
 from datasets.trackers.joint_features import JointPoses, joint_features
-from datasets.trackers.trackers import ALL_TRACKER_NAMES, HEAD_TRACKER, PELVIS_TRACKER, TrackerPoses
+from datasets.trackers.trackers import ALL_TRACKER_NAMES, FOOT_TRACKERS, HEAD_TRACKER, PELVIS_TRACKER, TrackerPoses
 
 WARM_UP_FRAMES = 45  # a second, before which predictions are unreliable
 
@@ -23,12 +24,14 @@ class LowerBodyStream:
         self._before = JointPoses(
             np.zeros((users, joints, 3)), np.tile(np.eye(3), (users, joints, 1, 1)), *np.zeros((2, users, joints), dtype=bool)
         )
+        self._tracked_contacts = TrackedContacts(users)
         self._frames = np.zeros(users, dtype=int)
 
     def reset(self, rows: np.ndarray) -> None:
         """Reset the states of the users in ``rows``, shape (n,)."""
         self._states[:, :, rows] = 0.0
         self._before.seen[rows] = self._before.oriented[rows] = False
+        self._tracked_contacts.reset(rows)
         self._frames[rows] = 0
 
     @torch.inference_mode()
@@ -62,7 +65,10 @@ class LowerBodyStream:
         features = torch.from_numpy(joint_features(before, joints).astype(np.float32))
         predicted = self._predict(torch.from_numpy(rows), features, torch.from_numpy(tracking_masks(joints)))
         self._frames[rows] += 1
-        return lower_body_pose(joints, predicted), self._frames[rows] > WARM_UP_FRAMES
+        body = lower_body_pose(joints, predicted)
+        if joints.seen[:, FOOT_TRACKERS].any():
+            body = body._replace(contacts=self._tracked_contacts.step(rows, joints, body.contacts))
+        return body, self._frames[rows] > WARM_UP_FRAMES
 
     def _predict(self, users: torch.Tensor, features: torch.Tensor, masks: torch.Tensor) -> LowerBodyPrediction:
         """Return the predictions of the network for the next frame of the users in rows ``users`` (n,)."""

@@ -22,7 +22,6 @@ from datasets.trackers.trackers import (
     SHIN_TRACKERS,
     TRACKER_NAMES,
     TrackerPoses,
-    tracker_poses,
 )
 from eval.study.lobstr.evaluation_sessions import EvaluationClip, Session, load_unseen_clips, simulate_sessions
 from eval.study.lobstr.scores import PredictedLegs, Scores, score_clips, score_sessions, weighted_mean
@@ -39,7 +38,9 @@ TRACKER_SETS = {
     "IMUs on shins and feet": (USUAL, tuple(range(len(ALL_TRACKER_NAMES)))),
     "feet tracked, pelvis not": ((0, 1, 2, *FOOT_TRACKERS),) * 2,
 }
-NAME_WIDTH = 52  # characters of a row's name
+WORN_SETS = ("feet tracked", "knees tracked")  # of users of the middle height, beside the usual set
+MIDDLE_HEIGHT_CM = sorted(USER_HEIGHTS_CM)[len(USER_HEIGHTS_CM) // 2]
+NAME_WIDTH = 62  # characters of a row's name
 CALM = ("walk", "static")  # categories of walks, turns and standing, for which marks are stricter
 MEASURES = {"contact_accuracy": "contacts [%]", "rotational_error": "rotation [deg]", "toe_position_error": "toe-bases [cm]"}
 
@@ -51,7 +52,7 @@ def predict_shipped(model: LowerBodyModel, joints: Sequence[TrackerPoses]) -> li
         model: Trained network.
         joints: Poses of the four joints in each clip from its first frame on, (T, 4, ...).
     """
-    return _predict(model, [_seen(one, np.ones(one.positions.shape[:2], dtype=bool)) for one in joints])
+    return _predict(model, [_tracked(one, USUAL, USUAL) for one in joints])
 
 
 def evaluate_shipped(model: LowerBodyModel, clips: Sequence[EvaluationClip]) -> Scores:
@@ -68,17 +69,26 @@ def shipped_rows(model: LowerBodyModel, data: Path) -> Iterator[tuple[str, Score
     """
     clips = load_unseen_clips(data)
     for name, (seen, oriented) in {"": (USUAL, USUAL), **TRACKER_SETS}.items():
-        predicted = _predict(model, [_tracked(clip, seen, oriented) for clip in clips])
+        predicted = _predict(model, [_tracked(clip.every_joint, seen, oriented) for clip in clips])
         kinds = sorted({clip.motion.kind for clip in clips if clip.is_recorded}) if not name else []
         for group, chosen in _groups(clips, kinds):
             row = f"{group}, {name}" if name else group
             yield row, score_clips([clips[one] for one in chosen], [predicted[one] for one in chosen])
-    sessions = simulate_sessions(clip for clip in clips if clip.is_recorded)
+    recorded = [clip for clip in clips if clip.is_recorded]
     for height in USER_HEIGHTS_CM:
-        own = [one for one in sessions if one.height_cm == height]
-        legs = predict_shipped(model, [one.joints(compensate_positions=True) for one in own])
-        for group, chosen in _groups([one.clip for one in own], []):
-            yield f"{group}, {height} cm, worn trackers", _score_worn([own[one] for one in chosen], [legs[one] for one in chosen])
+        yield from _worn_rows(model, recorded, height, "")
+    for name in WORN_SETS:
+        yield from _worn_rows(model, recorded, MIDDLE_HEIGHT_CM, name)
+
+
+def _worn_rows(model: LowerBodyModel, clips: Sequence[EvaluationClip], height: int, name: str) -> Iterator[tuple[str, Scores]]:
+    """Yield names and measures of users of a height who wear the set of trackers ``name``, the usual one if empty."""
+    sessions = simulate_sessions(clips, [height], legs=bool(name))
+    seen, oriented = TRACKER_SETS[name] if name else (USUAL, USUAL)
+    legs = _predict(model, [_tracked(one.joints(compensate_positions=True), seen, oriented) for one in sessions])
+    for group, chosen in _groups([one.clip for one in sessions], []):
+        row = f"{group}, {height} cm, worn trackers" + (f", {name}" if name else "")
+        yield row, _score_worn([sessions[one] for one in chosen], [legs[one] for one in chosen])
 
 
 def _groups(clips: Sequence[EvaluationClip], kinds: Sequence[str]) -> Iterator[tuple[str, list[int]]]:
@@ -102,13 +112,8 @@ def _predict(model: LowerBodyModel, joints: Sequence[JointPoses]) -> list[Predic
     return [PredictedLegs(pose.legs[WINDOW_FRAMES:], pose.contacts[WINDOW_FRAMES:]) for pose in predict_clips(model, joints)]
 
 
-def _seen(joints: TrackerPoses, seen: np.ndarray) -> JointPoses:
-    return joint_poses(joints, quaternions_to_matrices(joints.rotations), seen)
-
-
-def _tracked(clip: EvaluationClip, seen: Sequence[int], oriented: Sequence[int]) -> JointPoses:
-    """Return the joints of a clip with perfect trackers that tell the position of those ``seen``, the rotation of those ``oriented``."""
-    joints = tracker_poses(clip.motion, len(ALL_TRACKER_NAMES))
+def _tracked(joints: TrackerPoses, seen: Sequence[int], oriented: Sequence[int]) -> JointPoses:
+    """Return joints of which trackers tell the position of those ``seen`` and the rotation of those ``oriented``."""
     masks = np.zeros((2, *joints.positions.shape[:2]), dtype=bool)
     masks[0, :, list(seen)] = masks[1, :, list(oriented)] = True
     return joint_poses(joints, quaternions_to_matrices(joints.rotations), masks[0], masks[1])

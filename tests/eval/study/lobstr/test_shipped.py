@@ -32,6 +32,7 @@ def test_rows(model: LowerBodyModel, tmp_path: Path, monkeypatch: pytest.MonkeyP
         *(everybody, calm, "dance", "walk"),
         *(f"{group}, {who}" for who in TRACKER_SETS for group in (everybody, calm)),
         *(f"{group}, {height} cm, worn trackers" for height in (157, 171, 184) for group in (everybody, calm)),
+        *(f"{group}, 171 cm, worn trackers, {who}" for who in ("feet tracked", "knees tracked") for group in (everybody, calm)),
     ]
     assert rows[calm] == rows["walk"] == pytest.approx([evaluate_shipped(model, clips[:1])[name] for name in MEASURES], abs=0.005)
     assert rows["all"] == pytest.approx(np.mean([rows["walk"], rows["dance"]], axis=0), abs=0.01)  # of the same length; nobody made up
