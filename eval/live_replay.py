@@ -46,7 +46,9 @@ def _run(options: argparse.Namespace) -> None:
     require(options.seed >= 0, "--seed", options.seed, "0 or more")
     clip = choose_clip(load_clips(options.source, fps=TRACKER_RATE_HZ), options.name)
     worn, imus = choose_trackers(options.feet, options.shins, not options.no_pelvis)
-    replay = replay_as_trackers(clip, options.height / 100.0, options.seed, legs=options.feet != NOT_WORN or options.shins != NOT_WORN, imus=imus)
+    replay = replay_as_trackers(
+        clip, options.height / 100.0, options.seed, legs=options.feet != NOT_WORN or options.shins != NOT_WORN, imus=imus
+    )
     print(f"{clip.name}: {clip.seconds:.1f} s as a user of {options.height:g} cm, T-pose first, to {options.host} port {options.port}")
     with Console(stderr=True).status("playing"):
         played = asyncio.run(play(replay.trackers, options.host, options.port, options.speed, clip.name, worn))

@@ -61,7 +61,10 @@ def joint_poses(trackers: TrackerPoses, rotations: np.ndarray, seen: np.ndarray,
     """
     oriented = seen if oriented is None else oriented
     joints = JointPoses(
-        np.where(seen[..., None], trackers.positions, 0.0), np.where(oriented[..., None, None], rotations, np.eye(3)), np.array(seen), np.array(oriented)
+        np.where(seen[..., None], trackers.positions, 0.0),
+        np.where(oriented[..., None, None], rotations, np.eye(3)),
+        np.array(seen),
+        np.array(oriented),
     )
     missing = len(ALL_TRACKER_NAMES) - seen.shape[-1]
     if not missing:

@@ -20,16 +20,16 @@ _LEAST_ACROSS = 0.02  # sine of the angle between knee axis and leg below which 
 def reach_tracked_joints(body: LowerBodyPose, joints: JointPoses) -> LowerBodyPose:
     """Return the poses with each leg of which something is tracked solved to that; other legs as they are.
 
-    A foot is where its tracker says and turned as it says. The knee bends about the axis of a tracked shin, or else about the predicted one:
-    by the law of cosines where the ankle's place is known, from the foot's tracker or from the shin's. A shin of which an IMU tells the
-    rotation alone hangs at the knee of the predicted thigh, which turns about the leg until the knee's axes agree. What is not tracked keeps
-    its predicted angle. What is out of reach is pointed to with a straight leg. Knees are hinges: a shin's own twist does not count.
+    A foot is where its tracker says and turned as it says. The knee bends about the axis of a tracked shin, or else about the predicted
+    one: by the law of cosines where the ankle's place is known, from the foot's tracker or from the shin's. A shin of which an IMU tells
+    the rotation alone hangs at the knee of the predicted thigh, which turns until the knee's axes agree. What is not tracked keeps its
+    predicted angle. What is out of reach is pointed to with a straight leg. Knees are hinges: a shin's own twist does not count.
 
     Args:
         body: Poses on the pelvis that counts, shape (..., ...).
         joints: Joints as tracked, shape (..., 8, ...), oriented wherever they are seen.
     """
-    chosen = np.nonzero(joints.oriented[..., FOOT_TRACKERS] | joints.oriented[..., SHIN_TRACKERS])
+    chosen = np.nonzero(np.asarray(joints.oriented[..., FOOT_TRACKERS] | joints.oriented[..., SHIN_TRACKERS]))
     if not len(chosen[0]):
         return body
     frames, side = chosen[:-1], chosen[-1]

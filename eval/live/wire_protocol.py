@@ -132,7 +132,10 @@ class Codec:
         poses[[row is None for row in rows]] = np.nan
         poses[[row is not None and len(row) == _ROTATION for row in rows], :3] = np.nan
         every = np.full((len(ALL_TRACKER_NAMES), _POSE), np.nan)
-        every[self.columns, :3], every[self.columns, 3:] = poses[:, :3] @ self.vectors.T, poses[:, 3:] / lengths[:, None] @ self.quaternions.T
+        every[self.columns, :3], every[self.columns, 3:] = (
+            poses[:, :3] @ self.vectors.T,
+            poses[:, 3:] / lengths[:, None] @ self.quaternions.T,
+        )
         return TrackerPoses(every[:, :3], every[:, 3:])
 
     def answer(

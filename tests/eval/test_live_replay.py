@@ -122,7 +122,10 @@ def test_trackers_on_feet_and_imus_on_shins_are_worn() -> None:
 
 def test_only_what_is_worn_is_told() -> None:
     assert live_replay.choose_trackers("none", "none") == (["head", "hand_l", "hand_r", "pelvis"], [])
-    assert live_replay.choose_trackers("imu", "none", pelvis=False) == (["head", "hand_l", "hand_r", "foot_l", "foot_r"], ["foot_l", "foot_r"])
+    assert live_replay.choose_trackers("imu", "none", pelvis=False) == (
+        ["head", "hand_l", "hand_r", "foot_l", "foot_r"],
+        ["foot_l", "foot_r"],
+    )
 
 
 def test_a_service_that_hangs_up() -> None:

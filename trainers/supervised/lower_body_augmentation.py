@@ -87,7 +87,7 @@ class TrackerAugmentation:
     def _draw_tracked(self, pieces: int, frames: int) -> tuple[torch.Tensor, torch.Tensor]:
         """Return whether position and rotation of each joint are tracked, (B, T, 8) each.
 
-        Some pieces have no pelvis tracker, some have trackers on feet or shins, as whole poses or as IMUs, and some trackers are lost a while.
+        Some pieces have no pelvis tracker, some have trackers or IMUs on feet or shins, and some trackers are lost a while.
         """
         seen = torch.ones(pieces, frames, len(ALL_TRACKER_NAMES), dtype=torch.bool)
         seen[:, :, FOOT_TRACKERS] = (self._uniform(pieces) < self._config.feet_share)[:, None, None]

@@ -19,6 +19,7 @@ class LowerBodyLearnerConfig:
         learning_rate: AdamW's highest learning rate.
         final_learning_rate: AdamW's learning rate at the end, to which it falls along half a cosine.
         weight_decay: AdamW's weight decay.
+        average: Share of what it was that the average of the weights keeps with each update; it is the network that is scored and kept.
         rotation_weight: Weight of the rotations' loss.
         position_weight: Weight of the loss of the positions of knees, ankles and toe-bases [1/m].
         velocity_weight: Weight of the loss of the velocities of ankles and toe-bases [s/m].
@@ -41,21 +42,22 @@ class LowerBodyLearnerConfig:
     """
 
     batch: int = 32
-    frames: int = 180
-    skipped_frames: int = 20
+    frames: int = 240
+    skipped_frames: int = 30
     learning_rate: float = 2e-3
     final_learning_rate: float = 2e-5
-    weight_decay: float = 0.01
+    weight_decay: float = 0.03
+    average: float = 0.998
     rotation_weight: float = 1.0
     position_weight: float = 4.0
     velocity_weight: float = 0.25
     foot_lock_weight: float = 0.1
-    contact_weight: float = 0.3
+    contact_weight: float = 0.8
     users: int = 1000
     perfect_share: float = 0.3
     convention_deg: float = 4.0
     build: float = 0.03
-    floor_m: float = 0.0
+    floor_m: float = 0.025
     position_noise_m: float = 0.0012
     rotation_noise_deg: float = 0.15
     no_pelvis_share: float = 0.1
@@ -76,7 +78,7 @@ class LowerBodyLearnerConfig:
         )
         for name in ("learning_rate", "final_learning_rate"):
             require(getattr(self, name) > 0.0, f"learner.{name}", getattr(self, name), "above 0")
-        shares = ("perfect_share", "no_pelvis_share", "feet_share", "shins_share", "imu_share", "lost_share")
+        shares = ("average", "perfect_share", "no_pelvis_share", "feet_share", "shins_share", "imu_share", "lost_share")
         for name in shares:
             require(0.0 <= getattr(self, name) <= 1.0, f"learner.{name}", getattr(self, name), "from 0 to 1")
         weights = (f"{name}_weight" for name in ("rotation", "position", "velocity", "foot_lock", "contact"))

@@ -18,7 +18,6 @@ from datasets.trackers.joint_features import JointPoses
 from datasets.trackers.trackers import (
     ALL_TRACKER_NAMES,
     FOOT_TRACKERS,
-    PELVIS_TRACKER,
     SHIN_TRACKERS,
     TRACKER_NAMES,
     TrackerPoses,

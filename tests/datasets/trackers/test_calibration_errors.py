@@ -24,6 +24,11 @@ def test_they_are_what_simulated_trackers_deviate_by() -> None:
     assert rotation_angle(multiply(conjugate(through_trackers.rotations), turned)).max() < 1e-6
 
 
+def test_users_whose_t_pose_is_refused_are_replaced() -> None:
+    # Of the thousand of this seed one holds the hands too far ahead.
+    assert len(draw_calibration_errors(1000, np.random.default_rng(1)).scales) == 1000
+
+
 def test_most_are_small() -> None:
     errors = draw_calibration_errors(40, np.random.default_rng(0))
     assert np.abs(errors.scales - 1.0).max() < 0.03  # the size is read from a display that is worn up to 2 cm higher or lower

@@ -102,9 +102,13 @@ def test_trackers_beyond_the_usual_ones_come_in_the_hello() -> None:
         codec.read(json.dumps({"frame": 2, **STANDING, "foot_r": None, "shin_l": None}).encode())
 
 
-@pytest.mark.parametrize("trackers", [[], ["head", "hand_l"], "head", [*TRACKER_NAMES, "tail"], [*TRACKER_NAMES, "head"], [*TRACKER_NAMES, 1]])
+@pytest.mark.parametrize(
+    "trackers", [[], ["head", "hand_l"], "head", [*TRACKER_NAMES, "tail"], [*TRACKER_NAMES, "head"], [*TRACKER_NAMES, 1]]
+)
 def test_trackers_that_cannot_be(trackers: object) -> None:
-    with pytest.raises(InputError, match='"trackers" is .*, should be head, hand_l, hand_r and any of pelvis, foot_l, foot_r, shin_l, shin_r'):
+    with pytest.raises(
+        InputError, match=r'"trackers" is .*, should be head, hand_l, hand_r and any of pelvis, foot_l, foot_r, shin_l, shin_r'
+    ):
         read_hello(json.dumps({"lobstr": 1, "axes": "z-up", "trackers": trackers}).encode())
 
 
