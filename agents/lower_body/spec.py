@@ -17,7 +17,7 @@ class LowerBodySpec:
 
     hidden: int = 320
     layers: int = 2
-    dropout: float = 0.3
+    dropout: float = 0.1
 
     def __post_init__(self) -> None:
         """Check the values."""

@@ -41,30 +41,30 @@ class LowerBodyLearnerConfig:
         threads: Number of torch threads.
     """
 
-    batch: int = 48
-    frames: int = 240
-    skipped_frames: int = 30
+    batch: int = 32
+    frames: int = 180
+    skipped_frames: int = 20
     learning_rate: float = 2e-3
     final_learning_rate: float = 2e-5
-    weight_decay: float = 0.1
+    weight_decay: float = 0.01
     average: float = 0.998
     rotation_weight: float = 1.0
     position_weight: float = 4.0
     velocity_weight: float = 0.25
     foot_lock_weight: float = 0.1
-    contact_weight: float = 0.6
+    contact_weight: float = 0.3
     users: int = 1000
     perfect_share: float = 0.3
-    convention_deg: float = 6.0
-    build: float = 0.06
-    floor_m: float = 0.035
+    convention_deg: float = 4.0
+    build: float = 0.03
+    floor_m: float = 0.0
     position_noise_m: float = 0.0012
     rotation_noise_deg: float = 0.15
-    no_pelvis_share: float = 0.15
+    no_pelvis_share: float = 0.1
     feet_share: float = 0.15
     shins_share: float = 0.15
     imu_share: float = 0.4
-    lost_share: float = 0.15
+    lost_share: float = 0.04
     bfloat16: bool = True
     threads: int = 1
 
