@@ -11,11 +11,12 @@ from configs.errors import InputError, require
 from configs.exit_codes import run_command
 from datasets.library.sources import load_clips
 from datasets.motion.clip import BodyMotion
-from datasets.trackers.trackers import TRACKER_RATE_HZ
+from datasets.trackers.trackers import LEG_TRACKER_NAMES, PELVIS_TRACKER, TRACKER_NAMES, TRACKER_RATE_HZ
 from eval.live.client import PlaybackResult, play
 from eval.live.virtual_user import TrackerReplay, measure_answers, replay_as_trackers
 from eval.live.wire_protocol import DEFAULT_HOST, DEFAULT_PORT
 
+WORN = NOT_WORN, TRACKER, IMU = "none", "tracker", "imu"  # what may be on a limb
 DEFAULT_HEIGHT_CM = 171  # of one of the paper's users
 
 
@@ -30,6 +31,9 @@ def main(arguments: list[str] | None = None) -> int:
         "--height", type=float, default=DEFAULT_HEIGHT_CM, metavar="CM", help=f"height of the virtual user (default: {DEFAULT_HEIGHT_CM})"
     )
     made.add_argument("--seed", type=int, default=0, help="seed of the tracker placement and noise (default: 0)")
+    made.add_argument("--feet", choices=WORN, default=NOT_WORN, help="trackers on the feet (default: none)")
+    made.add_argument("--shins", choices=WORN, default=NOT_WORN, help="trackers on the shins, below the knees (default: none)")
+    made.add_argument("--no-pelvis", action="store_true", help="no tracker on the pelvis")
     made.add_argument("--speed", type=float, default=1.0, help="frames come so many times as quickly (default: 1)")
     options = made.parse_args(arguments)
     return run_command(lambda: _run(options))
@@ -41,14 +45,25 @@ def _run(options: argparse.Namespace) -> None:
     require(0.01 <= options.speed <= 100.0, "--speed", options.speed, "0.01 to 100")
     require(options.seed >= 0, "--seed", options.seed, "0 or more")
     clip = choose_clip(load_clips(options.source, fps=TRACKER_RATE_HZ), options.name)
-    replay = replay_as_trackers(clip, options.height / 100.0, options.seed)
+    worn, imus = choose_trackers(options.feet, options.shins, not options.no_pelvis)
+    replay = replay_as_trackers(
+        clip, options.height / 100.0, options.seed, legs=options.feet != NOT_WORN or options.shins != NOT_WORN, imus=imus
+    )
     print(f"{clip.name}: {clip.seconds:.1f} s as a user of {options.height:g} cm, T-pose first, to {options.host} port {options.port}")
     with Console(stderr=True).status("playing"):
-        played = asyncio.run(play(replay.trackers, options.host, options.port, options.speed, clip.name))
+        played = asyncio.run(play(replay.trackers, options.host, options.port, options.speed, clip.name, worn))
     for line in format_report(replay, played):
         print(line)
     if not played.answers:
         raise InputError("the service answered no frame")
+
+
+def choose_trackers(feet: str, shins: str, pelvis: bool = True) -> tuple[list[str], list[str]]:
+    """Return the names of the trackers that are worn, and of those of them that are IMUs, by what is on feet and shins, one of ``WORN``."""
+    how = {"foot": feet, "shin": shins}
+    legs = {name: how[name.partition("_")[0]] for name in LEG_TRACKER_NAMES}
+    usual = [name for name in TRACKER_NAMES if pelvis or name != TRACKER_NAMES[PELVIS_TRACKER]]
+    return usual + [name for name in legs if legs[name] != NOT_WORN], [name for name in legs if legs[name] == IMU]
 
 
 def choose_clip(clips: list[BodyMotion], name: str | None) -> BodyMotion:

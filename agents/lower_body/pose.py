@@ -6,9 +6,9 @@ import numpy as np
 
 from agents.lower_body.model import LowerBodyPrediction
 from datasets.motion.rotation_matrices import matrices_to_quaternions
-from datasets.trackers.joint_features import TRACKED_JOINTS, JointPoses, reference_frame
+from datasets.trackers.joint_features import JointPoses, reference_frame
 from datasets.trackers.lower_body import LEG_JOINTS, MOVING_LEG_JOINTS
-from datasets.trackers.trackers import PELVIS_TRACKER, TrackerPoses
+from datasets.trackers.trackers import ALL_TRACKER_NAMES, PELVIS_TRACKER, TrackerPoses
 
 _THIGHS = [0, 3]  # among the six leg joints
 
@@ -33,7 +33,7 @@ def lower_body_pose(joints: JointPoses, predicted: LowerBodyPrediction) -> Lower
     """Return the lower bodies of frames.
 
     Args:
-        joints: Poses of the joints as the network saw them, NumPy, shape (..., 6, ...).
+        joints: Poses of the joints as the network saw them, NumPy, shape (..., 8, ...).
         predicted: The network's predictions for these frames.
     """
     frame, origin = reference_frame(joints)
@@ -50,19 +50,36 @@ def lower_body_pose(joints: JointPoses, predicted: LowerBodyPrediction) -> Lower
     return LowerBodyPose(position, matrices_to_quaternions(pelvis), legs, predicted.contacts.numpy() > 0.0)
 
 
-def joint_poses(trackers: TrackerPoses, rotations: np.ndarray, seen: np.ndarray) -> JointPoses:
-    """Return the poses of the joints on head, hands and pelvis, with untracked feet.
+def joint_poses(trackers: TrackerPoses, rotations: np.ndarray, seen: np.ndarray, oriented: np.ndarray | None = None) -> JointPoses:
+    """Return the poses of all eight joints, those beyond the J given ones not tracked.
 
     Args:
-        trackers: Poses of the four joints, shape (..., 4, ...).
-        rotations: Their rotations as matrices, shape (..., 4, 3, 3).
-        seen: Whether each is seen, shape (..., 4).
+        trackers: Poses of the joints, shape (..., J, ...); finite or not where they are not tracked.
+        rotations: Their rotations as matrices, shape (..., J, 3, 3).
+        seen: Whether the position of each is tracked, shape (..., J).
+        oriented: Whether the rotation of each is, shape (..., J); where the position is if None.
     """
-    missing = len(TRACKED_JOINTS) - seen.shape[-1]
+    oriented = seen if oriented is None else oriented
+    joints = JointPoses(
+        np.where(seen[..., None], trackers.positions, 0.0),
+        np.where(oriented[..., None, None], rotations, np.eye(3)),
+        np.array(seen),
+        np.array(oriented),
+    )
+    missing = len(ALL_TRACKER_NAMES) - seen.shape[-1]
+    if not missing:
+        return joints
     shape = seen.shape[:-1]
+    none = np.zeros((*shape, missing), dtype=bool)
     eye = np.broadcast_to(np.eye(3), (*shape, missing, 3, 3))
     return JointPoses(
-        np.concat([trackers.positions, np.zeros((*shape, missing, 3))], axis=-2),
-        np.concat([rotations, eye], axis=-3),
-        np.concat([seen, np.zeros((*shape, missing), dtype=bool)], axis=-1),
+        np.concat([joints.positions, np.zeros((*shape, missing, 3))], axis=-2),
+        np.concat([joints.rotations, eye], axis=-3),
+        np.concat([joints.seen, none], axis=-1),
+        np.concat([joints.oriented, none], axis=-1),
     )
+
+
+def tracking_masks(joints: JointPoses) -> np.ndarray:
+    """Return whether position and rotation of each joint are tracked, the network's masks, shape (..., 8, 2)."""
+    return np.stack([joints.seen, joints.oriented], axis=-1)

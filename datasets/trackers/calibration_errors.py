@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from configs.errors import InputError
 from datasets.motion.rotation import multiply, rotate
 from datasets.trackers.calibration import calibrate_trackers
 from datasets.trackers.virtual_user import draw_tracker_placement, simulate_t_pose, simulate_trackers
@@ -17,8 +18,8 @@ class CalibrationErrors(NamedTuple):
 
     Attributes:
         scales: True size over the calibrated one, shape (N,).
-        offsets: Displacement of each joint in its own frame, at the standard size [m], shape (N, 4, 3).
-        rotations: Rotation of each joint in its own frame, wxyz, shape (N, 4, 4).
+        offsets: Displacement of each of the eight joints in its own frame, at the standard size [m], shape (N, 8, 3).
+        rotations: Rotation of each joint in its own frame, wxyz, shape (N, 8, 4).
     """
 
     scales: np.ndarray
@@ -33,9 +34,12 @@ def draw_calibration_errors(count: int, rng: np.random.Generator) -> Calibration
     own frame and turns it by d: the joint is calculated at (s p + R o) / c + R t q, with the rotation R t d.
     """
     drawn = []
-    for _ in range(count):
-        wearing = draw_tracker_placement(rng, rng.uniform(*HEIGHT_RANGE_M))
-        found = calibrate_trackers(simulate_trackers(simulate_t_pose(T_POSE_S, rng), wearing, rng))
+    while len(drawn) < count:
+        wearing = draw_tracker_placement(rng, rng.uniform(*HEIGHT_RANGE_M), legs=True)
+        try:
+            found = calibrate_trackers(simulate_trackers(simulate_t_pose(T_POSE_S, rng, legs=True), wearing, rng))
+        except InputError:  # a T-pose so bad that it is refused, as few are: somebody else
+            continue
         offsets = wearing.offsets / found.scale + rotate(wearing.tilts, found.offset_positions)
         drawn.append((wearing.scale / found.scale, offsets, multiply(wearing.tilts, found.offset_rotations)))
     return CalibrationErrors(*(np.stack(part) for part in zip(*drawn, strict=True)))

@@ -6,29 +6,29 @@ pelvis is not seen.
 
 from typing import NamedTuple
 
-from datasets.motion.humanoid import BODY_NAMES
 from datasets.motion.rotation import Array, Constant, array_namespace
 from datasets.trackers.lower_body import to_rotation_6d
-from datasets.trackers.trackers import HEAD_TRACKER, PELVIS_TRACKER, TRACKER_NAMES, TRACKER_RATE_HZ
+from datasets.trackers.trackers import HEAD_TRACKER, PELVIS_TRACKER, TRACKER_RATE_HZ
 
-TRACKED_JOINTS: tuple[str, ...] = (*TRACKER_NAMES, "foot_l", "foot_r")  # joints that may be tracked; feet are by few users
-TRACKED_JOINT_BODIES = [BODY_NAMES.index(name) for name in TRACKED_JOINTS]
 FEATURES_PER_JOINT = 15
+MASK_OF_FEATURE = [0] * 3 + [1] * 6 + [0] * 3 + [1] * 3  # by which mask each feature counts: 0 where seen, 1 where oriented
 _FLAT = Constant([1.0, 1.0, 0.0])
 
 
 class JointPoses(NamedTuple):
-    """Poses of the joints ``TRACKED_JOINTS`` in the world, at the standard skeleton's size.
+    """Poses of the joints ``ALL_TRACKER_NAMES`` in the world, at the standard skeleton's size; any finite numbers where not tracked.
 
     Attributes:
-        positions: Positions [m], Z up, ground at zero, shape (..., 6, 3).
-        rotations: Rotation matrices, shape (..., 6, 3, 3).
-        seen: Whether each joint is tracked in this frame; the poses of others do not count, shape (..., 6), bool.
+        positions: Positions [m], Z up, ground at zero, shape (..., 8, 3).
+        rotations: Rotation matrices, shape (..., 8, 3, 3).
+        seen: Whether the position of each joint is tracked in this frame, shape (..., 8), bool.
+        oriented: Whether its rotation is: that of an IMU is without its position, of head and pelvis both are or neither, (..., 8), bool.
     """
 
     positions: Array
     rotations: Array
     seen: Array
+    oriented: Array
 
 
 def reference_frame(joints: JointPoses) -> tuple[Array, Array]:
@@ -45,7 +45,7 @@ def reference_frame(joints: JointPoses) -> tuple[Array, Array]:
 
 
 def joint_features(before: JointPoses, now: JointPoses) -> Array:
-    """Return the features of the joints in one frame, those of joints that are not seen meaningless, shape (..., 6, 15).
+    """Return the features of the joints in one frame, those of joints that are not tracked meaningless, shape (..., 8, 15).
 
     Args:
         before: Poses in the previous frame, 1 / ``TRACKER_RATE_HZ`` before.
@@ -53,7 +53,7 @@ def joint_features(before: JointPoses, now: JointPoses) -> Array:
 
     Returns:
         Position in the reference frame [m], forward and up axis there, velocity [m/s] and angular velocity [rad/s], the last two
-        along the axes of the reference frame, and zero where a joint was not seen in the previous frame.
+        along the axes of the reference frame, and zero where that was not tracked in the previous frame.
     """
     xp = array_namespace(now.positions)
     frame, origin = reference_frame(now)
@@ -65,5 +65,8 @@ def joint_features(before: JointPoses, now: JointPoses) -> Array:
     spin = 0.5 * xp.stack(
         [turn[..., 2, 1] - turn[..., 1, 2], turn[..., 0, 2] - turn[..., 2, 0], turn[..., 1, 0] - turn[..., 0, 1]], axis=-1
     )
-    rate = xp.where(before.seen & now.seen, TRACKER_RATE_HZ, 0.0)[..., None]
-    return xp.concat([place, axes, (moved @ frame) * rate, (spin @ frame) * rate], axis=-1)
+    speed, rate = (
+        xp.where(known_before & known, TRACKER_RATE_HZ, 0.0)[..., None]
+        for known_before, known in ((before.seen, now.seen), (before.oriented, now.oriented))
+    )
+    return xp.concat([place, axes, (moved @ frame) * speed, (spin @ frame) * rate], axis=-1)

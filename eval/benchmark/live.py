@@ -13,13 +13,13 @@ from time import perf_counter
 import numpy as np
 import torch
 
-from agents.lower_body.model import LowerBodyModel, LowerBodyPrediction
+from agents.lower_body.model import MASKS, LowerBodyModel, LowerBodyPrediction
 from agents.lower_body.stream import WARM_UP_FRAMES, LowerBodyStream
 from agents.weights.pretrained import PRETRAINED_LOWER_BODY
 from datasets.library.sources import load_clips
 from datasets.motion.clip import BodyMotion
-from datasets.trackers.joint_features import FEATURES_PER_JOINT, TRACKED_JOINTS
-from datasets.trackers.trackers import TRACKER_NAMES, TRACKER_RATE_HZ, TrackerPoses
+from datasets.trackers.joint_features import FEATURES_PER_JOINT
+from datasets.trackers.trackers import ALL_TRACKER_NAMES, TRACKER_NAMES, TRACKER_RATE_HZ, TrackerPoses
 from eval.benchmark.timing.interleaved import BenchmarkCase, BenchmarkResult, interleave, torch_threads
 from eval.benchmark.timing.live_load import LockstepClients, run_service
 from eval.live.messages import LIVE, STATES
@@ -91,14 +91,14 @@ class WindowStream(LowerBodyStream):
     def __init__(self, model: LowerBodyModel, users: int) -> None:
         """Begin the streams of ``users`` users."""
         super().__init__(model, users)
-        joints = len(TRACKED_JOINTS)
+        joints = len(ALL_TRACKER_NAMES)
         self._features = torch.zeros(users, WARM_UP_FRAMES, joints, FEATURES_PER_JOINT)
-        self._seen = torch.zeros(users, WARM_UP_FRAMES, joints, dtype=torch.bool)
+        self._masks = torch.zeros(users, WARM_UP_FRAMES, joints, MASKS, dtype=torch.bool)
 
-    def _predict(self, users: torch.Tensor, features: torch.Tensor, seen: torch.Tensor) -> LowerBodyPrediction:
-        for kept, new in ((self._features, features), (self._seen, seen)):
+    def _predict(self, users: torch.Tensor, features: torch.Tensor, masks: torch.Tensor) -> LowerBodyPrediction:
+        for kept, new in ((self._features, features), (self._masks, masks)):
             kept[users] = torch.cat([kept[users, 1:], new[:, None]], 1)
-        return LowerBodyPrediction(*(part[:, -1] for part in self._model(self._features[users], self._seen[users])))
+        return LowerBodyPrediction(*(part[:, -1] for part in self._model(self._features[users], self._masks[users])))
 
 
 def benchmark_live(motions: str, rounds: int, after_round: Callable[[], None] = lambda: None) -> BenchmarkResult:
@@ -179,16 +179,16 @@ def _answering(bodies: LiveBodySolver, codec: Codec) -> Callable[[Sequence[bytes
 
 def _network(model: LowerBodyModel, users: int) -> Callable[[], float]:
     """Return a block of the network's steps alone, states carried."""
-    shape = (FRAMES_PER_ROUND, users, len(TRACKED_JOINTS), FEATURES_PER_JOINT)
+    shape = (FRAMES_PER_ROUND, users, len(ALL_TRACKER_NAMES), FEATURES_PER_JOINT)
     features = torch.from_numpy(np.random.default_rng(0).normal(size=shape).astype(np.float32))
-    seen = torch.arange(len(TRACKED_JOINTS)).expand(users, -1) < len(TRACKER_NAMES)
+    masks = (torch.arange(len(ALL_TRACKER_NAMES)) < len(TRACKER_NAMES))[None, :, None].expand(users, -1, MASKS)
 
     @torch.inference_mode()
     def run() -> float:
         zero = torch.zeros(users, model.spec.hidden)
         states = [(zero, zero)] * model.spec.layers
         for frame in features:
-            _, states = model.step(frame, seen, states)
+            _, states = model.step(frame, masks, states)
         return float(FRAMES_PER_ROUND * users)
 
     return run

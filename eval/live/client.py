@@ -2,12 +2,13 @@
 
 import asyncio
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any
 
 from configs.errors import InputError
-from datasets.trackers.trackers import TRACKER_RATE_HZ, TrackerPoses
+from datasets.trackers.trackers import TRACKER_NAMES, TRACKER_RATE_HZ, TrackerPoses
 from eval.live.wire_protocol import MAX_LINE_BYTES, MAX_NAME_LENGTH, PROTOCOL_VERSION, Codec
 
 TIMEOUT_S = 5.0  # s, for which the service may be silent
@@ -35,15 +36,18 @@ class PlaybackResult:
         return (len(self.sent_times) - 1) / (self.sent_times[-1] - self.sent_times[0]) if len(self.sent_times) > 1 else 0.0
 
 
-async def play(trackers: TrackerPoses, host: str, port: int, speed: float = 1.0, name: str = "") -> PlaybackResult:
+async def play(
+    trackers: TrackerPoses, host: str, port: int, speed: float = 1.0, name: str = "", worn: Sequence[str] = TRACKER_NAMES
+) -> PlaybackResult:
     """Send frames at true speed and collect the answers.
 
     Args:
-        trackers: Tracker poses of T frames, shape (T, 4, ...).
+        trackers: Tracker poses of T frames, shape (T, J, ...).
         host: Address of the service.
         port: Port of the service.
         speed: Factor on 45 frames a second.
         name: Name of the user.
+        worn: Names of the user's trackers.
 
     Raises:
         InputError: If nothing listens there, it refuses, or it is no live service.
@@ -53,7 +57,7 @@ async def play(trackers: TrackerPoses, host: str, port: int, speed: float = 1.0,
         reader, writer = await asyncio.wait_for(asyncio.open_connection(host, port, limit=MAX_LINE_BYTES), TIMEOUT_S)
     except (OSError, TimeoutError) as error:
         raise InputError(f"{address}: nobody listens ({error or 'no answer'}); start it: python -m eval.live") from error
-    codec = Codec.of("z-up", "".join(letter for letter in name if letter.isprintable())[:MAX_NAME_LENGTH])
+    codec = Codec.of("z-up", "".join(letter for letter in name if letter.isprintable())[:MAX_NAME_LENGTH], worn)
     try:
         await _greet(reader, writer, codec, address)
         lines = [codec.frame(number, TrackerPoses(*pose)) for number, pose in enumerate(zip(*trackers, strict=True))]
@@ -68,7 +72,8 @@ async def play(trackers: TrackerPoses, host: str, port: int, speed: float = 1.0,
 
 async def _greet(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, codec: Codec, address: str) -> None:
     """Send the hello and read the service's answer to it."""
-    writer.write(json.dumps({"lobstr": PROTOCOL_VERSION, "axes": codec.axes, "name": codec.name}).encode() + b"\n")
+    hello = {"lobstr": PROTOCOL_VERSION, "axes": codec.axes, "name": codec.name, "trackers": codec.trackers}
+    writer.write(json.dumps(hello).encode() + b"\n")
     try:
         welcome = json.loads(await asyncio.wait_for(reader.readline(), TIMEOUT_S) or b"{}")
     except (OSError, TimeoutError, ValueError) as error:

@@ -40,11 +40,11 @@ class BodySolver(Protocol):
 
     users: int
 
-    def reset(self, rows: np.ndarray) -> None:
-        """Restart the calibration of the users in the slots ``rows`` (n,)."""
+    def reset(self, rows: np.ndarray, worn: np.ndarray | None = None) -> None:
+        """Restart the calibration of the users in the slots ``rows`` (n,), who wear the trackers ``worn`` (n, 8), as before if None."""
 
     def step(self, rows: np.ndarray, trackers: TrackerPoses) -> SolvedFrames:
-        """Return the bodies of one frame of the users in the slots ``rows`` (n,), from tracker poses (n, 4, ...)."""
+        """Return the bodies of one frame of the users in the slots ``rows`` (n,), from tracker poses (n, 8, ...)."""
         ...
 
 

@@ -9,7 +9,7 @@ from time import perf_counter
 import numpy as np
 
 from configs.errors import InputError
-from datasets.trackers.trackers import TRACKER_RATE_HZ, TrackerPoses
+from datasets.trackers.trackers import TRACKER_NAMES, TRACKER_RATE_HZ, TrackerPoses
 from eval.live.messages import LIVE, STATES, BodySolver, UserView
 from eval.live.rate_limit import ClientLimits
 from eval.live.recorder import Recorder
@@ -91,8 +91,10 @@ class LiveServer:
             raise InputError(f"all {self.solver.users} places are taken; come back later, or start the service with more --users")
         self._users += 1
         session.user, session.slot = self._users, self._free_slots.pop()
-        self.solver.reset(np.array([session.slot]))
-        self.note(session, "came")
+        assert session.codec
+        self.solver.reset(np.array([session.slot]), session.codec.worn[None])
+        more = [name for name in session.codec.trackers if name not in TRACKER_NAMES]
+        self.note(session, f"came, with {', '.join(more)}" if more else "came")
 
     def leave(self, session: Session, reason: str) -> None:
         """Free the slot of a client that has disconnected."""

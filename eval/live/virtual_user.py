@@ -1,5 +1,6 @@
 """Virtual user of the live service: a clip as tracker poses with a T-pose first, and the errors of the answers against the clip."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ from datasets.motion.kinematics import body_poses
 from datasets.motion.rotation import from_yaw, heading, multiply, normalise, rotate
 from datasets.motion.skeleton import forward_kinematics
 from datasets.trackers.lower_body import TOE_BODIES, toe_contacts
-from datasets.trackers.trackers import PELVIS_TRACKER, TRACKER_RATE_HZ, TrackerPoses, tracker_poses
+from datasets.trackers.trackers import ALL_TRACKER_NAMES, PELVIS_TRACKER, TRACKER_NAMES, TRACKER_RATE_HZ, TrackerPoses, tracker_poses
 from datasets.trackers.virtual_user import draw_tracker_placement, simulate_t_pose, simulate_trackers
 
 T_POSE_S = 1.2  # s, a little longer than the calibration
@@ -23,7 +24,7 @@ class TrackerReplay:
     """Tracker poses of a virtual user, and the truth behind them.
 
     Attributes:
-        trackers: Tracker poses, T-pose first, shape (T, 4, ...).
+        trackers: Tracker poses, T-pose first, shape (T, J, ...).
         first_clip_frame: Index of the clip's first frame among them.
         clip: True clip on the standard skeleton.
         scale: Size of the user relative to the standard skeleton.
@@ -52,21 +53,25 @@ class AnswerErrors:
     contact_accuracy: float
 
 
-def replay_as_trackers(clip: BodyMotion, height: float, seed: int) -> TrackerReplay:
+def replay_as_trackers(clip: BodyMotion, height: float, seed: int, legs: bool = False, imus: Sequence[str] = ()) -> TrackerReplay:
     """Return the poses of worn, noisy trackers of a clip at 45 fps.
 
     Args:
         clip: Clip on the 20 bodies.
         height: Height of the user, from sole to crown [m].
         seed: Seed of the tracker placement, of the T-pose and of the noise.
+        legs: Whether feet and shins have trackers as well: all eight instead of four.
+        imus: Names of trackers that are IMUs, without positions.
     """
     rng = np.random.default_rng(seed)
-    wearing = draw_tracker_placement(rng, height)
-    joints = tracker_poses(clip)
-    standing = _move_to_start(simulate_t_pose(T_POSE_S, rng), joints)
+    wearing = draw_tracker_placement(rng, height, legs)
+    joints = tracker_poses(clip, len(ALL_TRACKER_NAMES if legs else TRACKER_NAMES))
+    standing = _move_to_start(simulate_t_pose(T_POSE_S, rng, legs), joints)
     blend = _blend(TrackerPoses(*(part[-1] for part in standing)), TrackerPoses(*(part[0] for part in joints)))
     whole = TrackerPoses(*(np.concat(parts) for parts in zip(standing, blend, joints, strict=True)))
-    return TrackerReplay(simulate_trackers(whole, wearing, rng), len(whole.positions) - len(clip), clip, wearing.scale)
+    trackers = simulate_trackers(whole, wearing, rng)
+    trackers.positions[:, [ALL_TRACKER_NAMES.index(name) for name in imus]] = np.nan
+    return TrackerReplay(trackers, len(whole.positions) - len(clip), clip, wearing.scale)
 
 
 def measure_answers(
@@ -103,7 +108,7 @@ def _move_to_start(standing: TrackerPoses, joints: TrackerPoses) -> TrackerPoses
 
 
 def _blend(start: TrackerPoses, end: TrackerPoses) -> TrackerPoses:
-    """Return the interpolation from one pose (4, ...) to another, without the ends."""
+    """Return the interpolation from one pose (J, ...) to another, without the ends."""
     share = smoother_step(np.arange(1, round(BLEND_S * TRACKER_RATE_HZ)) / round(BLEND_S * TRACKER_RATE_HZ))[:, None, None]
     near = np.where(np.sum(start.rotations * end.rotations, axis=-1, keepdims=True) < 0.0, -end.rotations, end.rotations)
     return TrackerPoses((1 - share) * start.positions + share * end.positions, normalise((1 - share) * start.rotations + share * near))

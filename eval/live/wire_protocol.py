@@ -1,14 +1,16 @@
 """Protocol between a tracker client and the live service: one JSON object a line. Pure functions; see docs/live.md."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from configs.errors import InputError
 from datasets.motion.humanoid import BODY_NAMES, SKELETON
-from datasets.trackers.trackers import TRACKER_NAMES, TRACKER_RATE_HZ, TrackerPoses
+from datasets.trackers.trackers import ALL_TRACKER_NAMES, LEG_TRACKER_NAMES, PELVIS_TRACKER, TRACKER_NAMES, TRACKER_RATE_HZ, TrackerPoses
 
 PROTOCOL_VERSION = 1
 DEFAULT_HOST, DEFAULT_PORT = "127.0.0.1", 4545  # reachable from this machine only
@@ -22,12 +24,14 @@ _FORWARD_LEFT_UP = {  # of each axis system: forward, left and up in its coordin
     "openxr": ((0, 0, -1), (-1, 0, 0), (0, 1, 0)),
     "unity": ((0, 0, 1), (-1, 0, 0), (0, 1, 0)),
 }
-_PLACEHOLDER = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]  # of a lost tracker while the others are checked
+_LOST = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]  # placeholder of a lost tracker while the others are checked
+_POSE, _ROTATION = 7, 4  # numbers of a tracker, and of an IMU
+_NEEDED = TRACKER_NAMES[:PELVIS_TRACKER]  # trackers that every client has
 AXIS_SYSTEMS: tuple[str, ...] = tuple(_FORWARD_LEFT_UP)
 
 
 class TrackerFrame(NamedTuple):
-    """One frame of one client: its number, and its tracker poses in our axes (Z up), NaN where a tracker is lost."""
+    """One frame of one client: its number, and the poses of all eight trackers in our axes (Z up), NaN where there is none."""
 
     number: int
     trackers: TrackerPoses
@@ -44,27 +48,39 @@ class Codec:
     Attributes:
         axes: Axis system of the client, one of ``AXIS_SYSTEMS``.
         name: Name of the client, possibly empty.
+        trackers: Names of its trackers, in the order of ``ALL_TRACKER_NAMES``.
         vectors: Matrix from the client's vectors to ours, shape (3, 3).
         quaternions: Matrix from the client's quaternions to ours, wxyz, shape (4, 4); for left-handed axes it reverses rotations.
     """
 
     axes: str
     name: str
+    trackers: tuple[str, ...]
     vectors: np.ndarray
     quaternions: np.ndarray
 
     @classmethod
-    def of(cls, axes: str, name: str = "") -> Self:
-        """Return the codec of an axis system."""
+    def of(cls, axes: str, name: str = "", trackers: Sequence[str] = TRACKER_NAMES) -> Self:
+        """Return the codec of an axis system, and of trackers in any order."""
         vectors = np.array(_FORWARD_LEFT_UP[axes], dtype=float)
         quaternions = np.eye(4)
         quaternions[1:, 1:] = np.linalg.det(vectors) * vectors
-        return cls(axes, name, vectors, quaternions)
+        return cls(axes, name, tuple(one for one in ALL_TRACKER_NAMES if one in trackers), vectors, quaternions)
+
+    @cached_property
+    def columns(self) -> list[int]:
+        """Return the places of the client's trackers among all."""
+        return [ALL_TRACKER_NAMES.index(name) for name in self.trackers]
+
+    @property
+    def worn(self) -> np.ndarray:
+        """Return which of all trackers the client has, shape (8,)."""
+        return np.isin(np.arange(len(ALL_TRACKER_NAMES)), self.columns)
 
     def welcome(self, user: int) -> bytes:
         """Return the server's first line."""
         offsets = np.asarray(SKELETON.offsets) @ self.vectors
-        hello = {"lobstr": PROTOCOL_VERSION, "fps": TRACKER_RATE_HZ, "axes": self.axes, "user": user, "trackers": TRACKER_NAMES}
+        hello = {"lobstr": PROTOCOL_VERSION, "fps": TRACKER_RATE_HZ, "axes": self.axes, "user": user, "trackers": self.trackers}
         skeleton = {"bodies": BODY_NAMES, "parents": SKELETON.parents, "offsets": np.round(offsets, 6).tolist()}
         return _line({**hello, **skeleton})
 
@@ -79,41 +95,48 @@ class Codec:
             if message["calibrate"] is not True or len(message) > 1:
                 raise InputError('a line with "calibrate" should be {"calibrate": true}')
             return CalibrationRequest()
-        _check_keys(message, ("frame", *TRACKER_NAMES))
+        _check_keys(message, ("frame", *self.trackers))
         number = message["frame"]
         if type(number) is not int or not 0 <= number <= MAX_FRAME_NUMBER:
             raise InputError(f'"frame" is {_short(number)}, should be a whole number from 0 to 2^53')
         return TrackerFrame(number, self._trackers(message))
 
     def frame(self, number: int, trackers: TrackerPoses) -> bytes:
-        """Return the line of a frame, as a client writes it: the inverse of ``read``; trackers that are not finite are lost."""
+        """Return the line of a frame, as a client writes it: the inverse of ``read``.
+
+        Args:
+            number: Number of the frame.
+            trackers: Poses of the first trackers, up to the client's last at least, shape (J, ...); those that are not finite are lost, and
+                those without a position IMUs.
+        """
         poses = np.concat([trackers.positions @ self.vectors, trackers.rotations @ self.quaternions], axis=-1).round(6)
-        rows = [row.tolist() if np.isfinite(row).all() else None for row in poses]
-        return _line({"frame": number, **dict(zip(TRACKER_NAMES, rows, strict=True))})
+        return _line({"frame": number, **{name: _row(poses[column]) for name, column in zip(self.trackers, self.columns, strict=True)}})
 
     def _trackers(self, message: dict[str, Any]) -> TrackerPoses:
-        """Return the checked trackers of a frame in our axes, lost ones NaN."""
-        rows = [message[name] for name in TRACKER_NAMES]
-        lost = [row is None for row in rows]
-        for name, row in zip(TRACKER_NAMES, rows, strict=True):
-            if row is None:
-                continue
-            if type(row) is not list or len(row) != 7 or not all(type(value) in (float, int) for value in row):
-                raise InputError(
-                    f'"{name}" should be seven numbers, x y z [m] and w x y z of a quaternion, or null if it is lost, is {_short(row)}'
-                )
+        """Return the checked trackers of a frame in our axes, NaN where there are none."""
+        rows = [message[name] for name in self.trackers]
+        for name, row in zip(self.trackers, rows, strict=True):
+            if row is not None:
+                _check_row(name, row)
         try:
-            poses = np.array([_PLACEHOLDER if row is None else row for row in rows], dtype=float)
+            poses = np.array([_LOST if row is None else [*_LOST[: _POSE - len(row)], *row] for row in rows], dtype=float)
         except OverflowError:
-            poses = np.full((4, 7), np.inf)
+            poses = np.full((len(rows), _POSE), np.inf)
         with np.errstate(over="ignore"):
             lengths = np.sqrt((poses[:, 3:] ** 2).sum(axis=1))
         within, unit = np.abs(poses[:, :3]) <= MAX_POSITION_M, np.abs(lengths - 1.0) <= QUATERNION_NORM_TOLERANCE
         good = within.all(axis=1) & unit  # False for NaN as well
         if not good.all():
-            raise InputError(_pose_error(poses, lengths, int(np.argmin(good))))
-        poses[lost] = np.nan
-        return TrackerPoses(poses[:, :3] @ self.vectors.T, poses[:, 3:] / lengths[:, None] @ self.quaternions.T)
+            row = int(np.argmin(good))
+            raise InputError(_pose_error(self.trackers[row], poses[row], lengths[row]))
+        poses[[row is None for row in rows]] = np.nan
+        poses[[row is not None and len(row) == _ROTATION for row in rows], :3] = np.nan
+        every = np.full((len(ALL_TRACKER_NAMES), _POSE), np.nan)
+        every[self.columns, :3], every[self.columns, 3:] = (
+            poses[:, :3] @ self.vectors.T,
+            poses[:, 3:] / lengths[:, None] @ self.quaternions.T,
+        )
+        return TrackerPoses(every[:, :3], every[:, 3:])
 
     def answer(
         self, number: int, state: str, root: np.ndarray, rotations: np.ndarray, contacts: np.ndarray, scale: float, milliseconds: float
@@ -156,13 +179,13 @@ def read_hello(line: bytes) -> Codec:
         raise InputError(f"the first line should be {_hello_example()}")
     if message["lobstr"] is True or message["lobstr"] != PROTOCOL_VERSION:
         raise InputError(f'"lobstr" is {_short(message["lobstr"])}, should be {PROTOCOL_VERSION}: no other version is spoken here')
-    _check_keys(message, ("lobstr", "axes"), ("name",))
+    _check_keys(message, ("lobstr", "axes"), ("name", "trackers"))
     axes, name = message["axes"], message.get("name", "")
     if axes not in AXIS_SYSTEMS:
         raise InputError(f'"axes" is {_short(axes)}, should be one of {", ".join(AXIS_SYSTEMS)}')
     if type(name) is not str or len(name) > MAX_NAME_LENGTH or not (name.isprintable()):
         raise InputError(f'"name" is {_short(name)}, should be at most {MAX_NAME_LENGTH} printable characters')
-    return Codec.of(axes, name)
+    return Codec.of(axes, name, _check_trackers(message.get("trackers", [*TRACKER_NAMES])))
 
 
 def error_line(text: str, closing: bool = False) -> bytes:
@@ -212,14 +235,39 @@ def _check_keys(message: dict[str, Any], needed: tuple[str, ...], allowed: tuple
             raise InputError(f"{_short(unknown[0])} is unknown; a line of this kind has {', '.join((*needed, *allowed))}")
 
 
-def _pose_error(poses: np.ndarray, lengths: np.ndarray, row: int) -> str:
-    """Return the error of the pose of one tracker."""
-    name, position = TRACKER_NAMES[row], poses[row, :3]
-    if not np.isfinite(poses[row]).all():
+def _check_trackers(names: Any) -> list[str]:
+    """Return the names of a client's trackers; raise unless they are some that it may have."""
+    known = type(names) is list and all(type(name) is str and name in ALL_TRACKER_NAMES for name in names)
+    if not known or len(set(names)) < len(names) or not set(_NEEDED) <= set(names):
+        may = ", ".join(name for name in ALL_TRACKER_NAMES if name not in _NEEDED)
+        raise InputError(f'"trackers" is {_short(names)}, should be {", ".join(_NEEDED)} and any of {may}, each once')
+    return names
+
+
+def _check_row(name: str, row: Any) -> None:
+    """Raise unless a tracker's row is a list of as many numbers as it may have."""
+    sizes = (_POSE, _ROTATION) if name in LEG_TRACKER_NAMES else (_POSE,)
+    if type(row) is not list or len(row) not in sizes or not all(type(value) in (float, int) for value in row):
+        imu = ", or the quaternion alone of an IMU" if name in LEG_TRACKER_NAMES else ""
+        should = f"seven numbers, x y z [m] and w x y z of a quaternion{imu}, or null if it is lost"
+        raise InputError(f'"{name}" should be {should}, is {_short(row)}')
+
+
+def _row(pose: np.ndarray) -> list[float] | None:
+    """Return the row of a tracker's pose (7,): of an IMU where it has no position, None where it is lost."""
+    if not np.isfinite(pose[3:]).all():
+        return None
+    return pose.tolist() if np.isfinite(pose).all() else pose[3:].tolist()
+
+
+def _pose_error(name: str, pose: np.ndarray, length: float) -> str:
+    """Return the error of the pose (7,) of one tracker, whose quaternion has the ``length``."""
+    position = pose[:3]
+    if not np.isfinite(pose).all():
         return f'"{name}" holds a number that is not finite'
     if not (np.abs(position) <= MAX_POSITION_M).all():
         return f'"{name}" is at {", ".join(f"{x:.6g}" for x in position)}, should be within {MAX_POSITION_M:g} m of the origin; metres?'
-    return f'the quaternion of "{name}" has length {lengths[row]:.3g}, should have 1'
+    return f'the quaternion of "{name}" has length {length:.3g}, should have 1'
 
 
 def _short(value: Any) -> str:

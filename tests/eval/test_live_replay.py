@@ -21,7 +21,7 @@ from datasets.trackers.trackers import HEAD_TRACKER, PELVIS_TRACKER, TrackerPose
 from eval import live_replay
 from eval.live.client import play
 from eval.live.virtual_user import measure_answers, replay_as_trackers
-from tests.eval.live.live_parts import HOST, run, serving
+from tests.eval.live.live_parts import HOST, CheapBodies, run, serving
 
 
 def standing(frames: int, yaw: float = 0.0) -> BodyMotion:
@@ -100,6 +100,32 @@ def test_every_frame_is_sent_and_answered() -> None:
             await service.until(lambda: service.server.users == 0)
 
     run(test())
+
+
+def test_trackers_on_feet_and_imus_on_shins_are_worn() -> None:
+    async def test() -> None:
+        async with serving() as service:
+            worn, imus = live_replay.choose_trackers(live_replay.TRACKER, live_replay.IMU)
+            done = replay_as_trackers(standing(10), 1.7, 0, legs=True, imus=imus)
+            played = await play(done.trackers, HOST, service.port, speed=3.0, name="Ann", worn=worn)
+            assert sorted(played.answers) == list(range(len(done.trackers.positions)))
+            assert not played.messages
+            assert service.notes[0] == "user 1 (Ann): came, with foot_l, foot_r, shin_l, shin_r"
+            solver = service.server.solver
+            assert isinstance(solver, CheapBodies)
+            assert solver.worn == [True] * 8
+            assert imus == ["shin_l", "shin_r"]
+            assert np.isnan(done.trackers.positions[:, 6:]).all()
+
+    run(test())
+
+
+def test_only_what_is_worn_is_told() -> None:
+    assert live_replay.choose_trackers("none", "none") == (["head", "hand_l", "hand_r", "pelvis"], [])
+    assert live_replay.choose_trackers("imu", "none", pelvis=False) == (
+        ["head", "hand_l", "hand_r", "foot_l", "foot_r"],
+        ["foot_l", "foot_r"],
+    )
 
 
 def test_a_service_that_hangs_up() -> None:

@@ -5,12 +5,13 @@ import torch
 
 from datasets.motion.rotation import from_axis_angle, to_matrix
 from datasets.trackers.calibration_errors import draw_calibration_errors
-from datasets.trackers.joint_features import TRACKED_JOINTS, JointPoses
-from datasets.trackers.trackers import HEAD_TRACKER, PELVIS_TRACKER, TRACKER_NAMES
+from datasets.trackers.joint_features import JointPoses
+from datasets.trackers.trackers import ALL_TRACKER_NAMES, FOOT_TRACKERS, HEAD_TRACKER, PELVIS_TRACKER, SHIN_TRACKERS, TRACKER_NAMES
 from trainers.supervised.lower_body_config import LowerBodyLearnerConfig
 
-WORN_FOOT_OFFSET_M, WORN_FOOT_TURN_RAD = 0.015, np.radians(4.0)  # standard deviations of a foot tracker's calibration along each axis
 LONGEST_LOSS_FRAMES = 90  # for which a tracker is lost at most
+# Standard deviations of the heading of IMUs, which know no north indoors: at a piece's beginning, and what it drifts by until the end.
+IMU_HEADING_RAD, IMU_DRIFT_RAD = np.radians([4.0, 3.0])
 _USUAL = len(TRACKER_NAMES)
 
 
@@ -28,11 +29,12 @@ class TrackerAugmentation:
         """Return joints as seen through worn trackers.
 
         Args:
-            positions: True positions of the joints of B pieces [m], shape (B, T, 6, 3).
-            rotations: True rotation matrices, shape (B, T, 6, 3, 3).
+            positions: True positions of the joints of B pieces [m], shape (B, T, 8, 3).
+            rotations: True rotation matrices, shape (B, T, 8, 3, 3).
         """
-        worn = self._wear(*self._build(positions, rotations))
-        return self._measure(*worn, self._draw_seen(*positions.shape[:2]))
+        positions, rotations = self._measure(*self._wear(*self._build(positions, rotations)))
+        seen, oriented = self._draw_tracked(*positions.shape[:2])
+        return JointPoses(positions, self._drift(rotations, oriented & ~seen), seen, oriented)
 
     def _normal(self, *size: int) -> torch.Tensor:
         return torch.randn(size, generator=self._random)
@@ -52,43 +54,56 @@ class TrackerAugmentation:
 
     def _wear(self, positions: torch.Tensor, rotations: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         """Return the joints with the calibration errors of a user for each piece."""
-        pieces, joints = len(positions), len(TRACKED_JOINTS)
+        pieces = len(positions)
         user = torch.randint(len(self._rotations), (pieces,), generator=self._random)
         worn = self._uniform(pieces) >= self._config.perfect_share
         scales = torch.where(worn, self._scales[user], 1.0)
-        offsets = torch.cat([self._offsets[user], WORN_FOOT_OFFSET_M * self._normal(pieces, joints - _USUAL, 3)], 1)
-        feet = _small_rotations(WORN_FOOT_TURN_RAD * self._normal(pieces, joints - _USUAL, 3))
-        turns = torch.cat([self._rotations[user], feet], 1)
-        offsets, turns = torch.where(worn[:, None, None], offsets, 0.0), torch.where(worn[:, None, None, None], turns, torch.eye(3))
+        offsets = torch.where(worn[:, None, None], self._offsets[user], 0.0)
+        turns = torch.where(worn[:, None, None, None], self._rotations[user], torch.eye(3))
         turns = turns @ self._conventions(pieces)
         positions = scales[:, None, None, None] * positions + (rotations @ offsets[:, None, ..., None])[..., 0]
         return positions, rotations @ turns[:, None]
 
     def _conventions(self, pieces: int) -> torch.Tensor:
-        """Return a constant pitch of pelvis and head for each piece, as matrices (B, 6, 3, 3)."""
-        pitch = torch.zeros(pieces, len(TRACKED_JOINTS))
+        """Return a constant pitch of pelvis and head for each piece, as matrices (B, 8, 3, 3)."""
+        pitch = torch.zeros(pieces, len(ALL_TRACKER_NAMES))
         pitch[:, [HEAD_TRACKER, PELVIS_TRACKER]] = np.radians(self._config.convention_deg) * self._normal(pieces, 2)
         axis = torch.tensor([0.0, 1.0, 0.0]).expand(*pitch.shape, 3)
         return to_matrix(from_axis_angle(axis, pitch))
 
-    def _measure(self, positions: torch.Tensor, rotations: torch.Tensor, seen: torch.Tensor) -> JointPoses:
+    def _measure(self, positions: torch.Tensor, rotations: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
         """Return the joints with noise in each frame."""
         moved = self._config.position_noise_m * self._normal(*positions.shape)
         turned = _small_rotations(np.radians(self._config.rotation_noise_deg) * self._normal(*positions.shape))
-        return JointPoses(positions + moved, rotations @ turned, seen)
+        return positions + moved, rotations @ turned
 
-    def _draw_seen(self, pieces: int, frames: int) -> torch.Tensor:
-        """Return whether each joint is seen (B, T, 6): some pieces have no pelvis tracker, some have feet's, some are lost a while."""
-        seen = torch.ones(pieces, frames, len(TRACKED_JOINTS), dtype=torch.bool)
-        seen[:, :, _USUAL:] = (self._uniform(pieces) < self._config.feet_share)[:, None, None]
-        lost = self._uniform(pieces, len(TRACKED_JOINTS)) < self._config.lost_share
+    def _drift(self, rotations: torch.Tensor, is_imu: torch.Tensor) -> torch.Tensor:
+        """Return the rotations, where ``is_imu`` (B, T, 8) with a heading that is wrong and drifts."""
+        time = torch.linspace(0.0, 1.0, rotations.shape[1])[None, :, None]
+        start, drift = self._normal(2, len(rotations), 1, rotations.shape[2])
+        yaw = torch.where(is_imu, IMU_HEADING_RAD * start + IMU_DRIFT_RAD * drift * time, 0.0)
+        return to_matrix(from_axis_angle(torch.tensor([0.0, 0.0, 1.0]).expand(*yaw.shape, 3), yaw)) @ rotations
+
+    def _draw_tracked(self, pieces: int, frames: int) -> tuple[torch.Tensor, torch.Tensor]:
+        """Return whether position and rotation of each joint are tracked, (B, T, 8) each.
+
+        Some pieces have no pelvis tracker, some have trackers or IMUs on feet or shins, and some trackers are lost a while.
+        """
+        seen = torch.ones(pieces, frames, len(ALL_TRACKER_NAMES), dtype=torch.bool)
+        seen[:, :, FOOT_TRACKERS] = (self._uniform(pieces) < self._config.feet_share)[:, None, None]
+        seen[:, :, SHIN_TRACKERS] = (self._uniform(pieces) < self._config.shins_share)[:, None, None]
+        lost = self._uniform(pieces, len(ALL_TRACKER_NAMES)) < self._config.lost_share
         start = (self._uniform(*lost.shape) * frames).long()
         stop = start + 1 + (self._uniform(*lost.shape) * LONGEST_LOSS_FRAMES).long()
         time = torch.arange(frames)[:, None]
         seen &= ~(lost[:, None] & (time >= start[:, None]) & (time < stop[:, None]))
         seen[:, :, PELVIS_TRACKER] &= (self._uniform(pieces) >= self._config.no_pelvis_share)[:, None]
         seen[:, :, HEAD_TRACKER] |= ~seen[:, :, PELVIS_TRACKER]  # one of the two is the reference
-        return seen
+        is_imu = torch.zeros(pieces, 1, len(ALL_TRACKER_NAMES), dtype=torch.bool)
+        is_imu[:, :, FOOT_TRACKERS], is_imu[:, :, SHIN_TRACKERS] = (
+            (self._uniform(pieces, 1, 1) < self._config.imu_share) for _ in range(2)
+        )
+        return seen & ~is_imu, seen
 
 
 def _small_rotations(v: torch.Tensor) -> torch.Tensor:

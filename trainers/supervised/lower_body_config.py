@@ -19,6 +19,7 @@ class LowerBodyLearnerConfig:
         learning_rate: AdamW's highest learning rate.
         final_learning_rate: AdamW's learning rate at the end, to which it falls along half a cosine.
         weight_decay: AdamW's weight decay.
+        average: Share of what it was that the average of the weights keeps with each update; it is the network that is scored and kept.
         rotation_weight: Weight of the rotations' loss.
         position_weight: Weight of the loss of the positions of knees, ankles and toe-bases [1/m].
         velocity_weight: Weight of the loss of the velocities of ankles and toe-bases [s/m].
@@ -28,10 +29,13 @@ class LowerBodyLearnerConfig:
         perfect_share: Share of the pieces whose joints are exact.
         convention_deg: Standard deviation of a constant pitch of pelvis and head in a piece, as skeletons of other families have it [deg].
         build: Standard deviation of the lengths of trunk and arms of a piece, relative to the standard ones.
+        floor_m: Standard deviation of the height of a piece's floor, as people stand on straighter or more bent legs, and clips float [m].
         position_noise_m: Standard deviation of the trackers' noise along each axis, drawn anew in each frame [m].
         rotation_noise_deg: The same about each axis [deg].
         no_pelvis_share: Share of the pieces without a pelvis tracker.
         feet_share: Share of the pieces with trackers on the feet.
+        shins_share: Share of the pieces with trackers on the shins.
+        imu_share: Share of the trackers on legs that are IMUs, which have no position.
         lost_share: Share of the trackers that are lost for a while in a piece.
         bfloat16: Whether matrices are multiplied in bfloat16: twice as quick where the processor supports it.
         threads: Number of torch threads.
@@ -43,6 +47,7 @@ class LowerBodyLearnerConfig:
     learning_rate: float = 2e-3
     final_learning_rate: float = 2e-5
     weight_decay: float = 0.01
+    average: float = 0.998
     rotation_weight: float = 1.0
     position_weight: float = 4.0
     velocity_weight: float = 0.25
@@ -52,10 +57,13 @@ class LowerBodyLearnerConfig:
     perfect_share: float = 0.3
     convention_deg: float = 4.0
     build: float = 0.03
+    floor_m: float = 0.0
     position_noise_m: float = 0.0012
     rotation_noise_deg: float = 0.15
     no_pelvis_share: float = 0.1
-    feet_share: float = 0.1
+    feet_share: float = 0.15
+    shins_share: float = 0.15
+    imu_share: float = 0.4
     lost_share: float = 0.04
     bfloat16: bool = True
     threads: int = 1
@@ -70,11 +78,11 @@ class LowerBodyLearnerConfig:
         )
         for name in ("learning_rate", "final_learning_rate"):
             require(getattr(self, name) > 0.0, f"learner.{name}", getattr(self, name), "above 0")
-        shares = ("perfect_share", "no_pelvis_share", "feet_share", "lost_share")
+        shares = ("average", "perfect_share", "no_pelvis_share", "feet_share", "shins_share", "imu_share", "lost_share")
         for name in shares:
             require(0.0 <= getattr(self, name) <= 1.0, f"learner.{name}", getattr(self, name), "from 0 to 1")
         weights = (f"{name}_weight" for name in ("rotation", "position", "velocity", "foot_lock", "contact"))
-        for name in (*weights, "weight_decay", "convention_deg", "build", "position_noise_m", "rotation_noise_deg"):
+        for name in (*weights, "weight_decay", "convention_deg", "build", "floor_m", "position_noise_m", "rotation_noise_deg"):
             require(getattr(self, name) >= 0.0, f"learner.{name}", getattr(self, name), "0 or more")
 
 

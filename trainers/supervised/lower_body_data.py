@@ -11,8 +11,8 @@ import torch
 from datasets.library.splits import HoldoutSplit
 from datasets.motion.clip import BodyMotion
 from datasets.motion.kinematics import body_poses
-from datasets.trackers.joint_features import TRACKED_JOINT_BODIES
 from datasets.trackers.lower_body import LEG_BODIES, toe_contacts
+from datasets.trackers.trackers import TRACKED_BODIES
 from trainers.supervised.clip_selection import ClipSelection
 from trainers.supervised.lobstr_config import LobstrDataConfig
 from trainers.supervised.lobstr_data import prepare_takes
@@ -22,8 +22,8 @@ class LowerBodyFrames(NamedTuple):
     """N frames of clips at 45 Hz, one clip after the other, torch.
 
     Attributes:
-        positions: Positions of the joints that may be tracked [m], shape (N, 6, 3).
-        rotations: Rotations of these joints, wxyz, shape (N, 6, 4).
+        positions: Positions of the joints that may be tracked [m], shape (N, 8, 3).
+        rotations: Rotations of these joints, wxyz, shape (N, 8, 4).
         legs: Rotations of thigh, shin and foot, left and right, relative to their parents, wxyz, shape (N, 6, 4).
         contacts: Contacts of the toe-bases, 0 or 1, shape (N, 2).
     """
@@ -64,4 +64,4 @@ def _frames_of_clip(clip: BodyMotion) -> list[np.ndarray]:
     """Return the arrays of ``LowerBodyFrames`` of a take."""
     positions, rotations = body_poses(clip)
     legs = clip.local_rotations[:, LEG_BODIES]
-    return [positions[:, TRACKED_JOINT_BODIES], rotations[:, TRACKED_JOINT_BODIES], legs, toe_contacts(clip)]
+    return [positions[:, TRACKED_BODIES], rotations[:, TRACKED_BODIES], legs, toe_contacts(clip)]

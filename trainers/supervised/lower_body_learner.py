@@ -1,10 +1,11 @@
 """Learner of a lower-body network: updates it on pieces of clips through worn trackers and scores it on the held-out performer."""
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import torch
 from torch import nn
 from torch.nn import functional
+from torch.optim.swa_utils import AveragedModel
 
 from agents.lower_body.model import LowerBodyModel, LowerBodyPrediction
 from configs.errors import InputError
@@ -25,6 +26,7 @@ NUM_SCORED_PIECES = 128  # of the held-out performer, at most
 SHORTEST_FRAMES = 47  # of a clip that anything is learnt from: a second's
 WARM_UP_SHARE = 0.02  # of the training, in which the learning rate rises
 MAX_GRADIENT_NORM = 1.0
+AVERAGE_WARM_UP = 10  # updates, of which the average forgets the first quickly
 _THIGHS = [0, 3]  # among the six leg joints
 
 
@@ -32,8 +34,8 @@ class Pieces(NamedTuple):
     """Pieces of clips, padded by their last frames.
 
     Attributes:
-        positions: True positions of the joints that may be tracked [m], shape (B, T, 6, 3).
-        rotations: True rotation matrices of these joints, shape (B, T, 6, 3, 3).
+        positions: True positions of the joints that may be tracked [m], shape (B, T, 8, 3).
+        rotations: True rotation matrices of these joints, shape (B, T, 8, 3, 3).
         legs: True rotation matrices of thighs in the world, of shins and feet relative to their parents, shape (B, T, 6, 3, 3).
         contacts: Contacts of the toe-bases, 0 or 1, shape (B, T, 2).
         inside: Whether each frame is one of the clip, shape (B, T).
@@ -53,7 +55,7 @@ class LowerBodyLearner:
         """Build everything from the run's seed."""
         torch.manual_seed(config.seed)
         self.config = config.learner
-        self.model = LowerBodyModel(config.model)
+        self._network = LowerBodyModel(config.model)
         self.random = torch.Generator().manual_seed(config.seed)
         self._augment = TrackerAugmentation(config.learner, config.seed, self.random)
         frames = data.frames
@@ -71,9 +73,15 @@ class LowerBodyLearner:
         pieces = self._draw(NUM_NORMALISATION_PIECES)
         joints = self._augment(pieces.positions, pieces.rotations)
         rotations, pelvis = _targets(pieces, joints.seen)
-        every = torch.ones_like(joints.seen)  # feet are seen too rarely
-        self.model.fit_normalisation(_features(joints._replace(seen=every)), every, rotations, pelvis)
-        self.optimiser = torch.optim.AdamW(self.model.parameters(), lr=self.config.learning_rate, weight_decay=self.config.weight_decay)
+        every = torch.ones_like(joints.seen)  # legs are tracked too rarely
+        self._network.fit_normalisation(_features(joints._replace(seen=every, oriented=every)), rotations, pelvis)
+        self._averaged = AveragedModel(self._network, avg_fn=self._average)
+        self.optimiser = torch.optim.AdamW(self._network.parameters(), lr=self.config.learning_rate, weight_decay=self.config.weight_decay)
+
+    @property
+    def model(self) -> LowerBodyModel:
+        """Network whose weights are averages over the last updates: the one that is scored and kept."""
+        return cast(LowerBodyModel, self._averaged.module)
 
     @property
     def samples(self) -> int:
@@ -93,13 +101,14 @@ class LowerBodyLearner:
         """
         for group in self.optimiser.param_groups:
             group["lr"] = self.learning_rate(progress)
-        self.model.train()
+        self._network.train()
         pieces = self._draw(self.config.batch)
-        loss = self._losses(pieces, self._augment(pieces.positions, pieces.rotations))["loss"]
+        loss = self._losses(self._network, pieces, self._augment(pieces.positions, pieces.rotations))["loss"]
         self.optimiser.zero_grad()
         loss.backward()
-        nn.utils.clip_grad_norm_(self.model.parameters(), MAX_GRADIENT_NORM)
+        nn.utils.clip_grad_norm_(self._network.parameters(), MAX_GRADIENT_NORM)
         self.optimiser.step()
+        self._averaged.update_parameters(self._network)
         return loss.detach()
 
     @torch.inference_mode()
@@ -111,14 +120,19 @@ class LowerBodyLearner:
             pieces = self._cut(starts, self._holdout.frames_left(starts))
             seen = torch.zeros(pieces.positions.shape[:3], dtype=torch.bool)
             seen[..., : len(TRACKER_NAMES)] = True
-            for name, value in self._losses(pieces, JointPoses(pieces.positions, pieces.rotations, seen)).items():
+            for name, value in self._losses(self.model, pieces, JointPoses(pieces.positions, pieces.rotations, seen, seen)).items():
                 totals[name] = totals.get(name, 0.0) + float(value) * len(starts) / len(self._scored)
         return totals
 
-    def _losses(self, pieces: Pieces, joints: JointPoses) -> dict[str, torch.Tensor]:
+    def _average(self, average: torch.Tensor, now: torch.Tensor, updates: torch.Tensor | int) -> torch.Tensor:
+        """Return the average of weights after another of ``updates``."""
+        return average.lerp(now, 1.0 - min(self.config.average, float(updates) / (float(updates) + AVERAGE_WARM_UP)))
+
+    def _losses(self, network: nn.Module, pieces: Pieces, joints: JointPoses) -> dict[str, torch.Tensor]:
         """Return the loss of pieces, and errors that a reader understands: in degrees, cm and per cent."""
         with torch.autocast("cpu", torch.bfloat16, enabled=self.config.bfloat16):
-            predicted = LowerBodyPrediction(*(part.float() for part in self.model(_features(joints), joints.seen)))
+            written = network(_features(joints), torch.stack([joints.seen, joints.oriented], -1))
+        predicted = LowerBodyPrediction(*(part.float() for part in written))
         true_rotations, true_pelvis = _targets(pieces, joints.seen)
         inside = pieces.inside.clone()
         inside[:, : self.config.skipped_frames] = False
@@ -135,7 +149,7 @@ class LowerBodyLearner:
         away = points - true_points  # (B, T, 2, 3, 3)
         chords = safe_norm((rotations - true_rotations).flatten(-2)) * 0.5**0.5
         # Both frames of a difference are in the reference frame of their own; the turn between them moves the true points as well.
-        frame, origin = reference_frame(JointPoses(pieces.positions, pieces.rotations, joints.seen))
+        frame, origin = reference_frame(JointPoses(pieces.positions, pieces.rotations, joints.seen, joints.oriented))
         toes = (frame[:, :, None] @ points[:, :, :, 2, :, None])[..., 0] + origin[:, :, None]
         stands = pieces.contacts[:, 1:] * pieces.contacts[:, :-1] * moving[..., None]
         slide = safe_norm(toes.diff(dim=1)) * TRACKER_RATE_HZ
@@ -162,6 +176,11 @@ class LowerBodyLearner:
             "stance_cm_s": 100.0 * losses["foot_lock"],
         }
 
+    @property
+    def _both(self) -> nn.Module:
+        """Network that is trained, and the average of its weights."""
+        return nn.ModuleList([self._network, self._averaged])
+
     def _draw(self, count: int) -> Pieces:
         """Return random pieces, in which every frame of the training clips is as likely as every other."""
         length = self.config.frames
@@ -170,7 +189,9 @@ class LowerBodyLearner:
         first = rows + left - self._training.lengths(rows)
         starts = rows - (torch.rand(count, generator=self.random) * length).long()
         starts = torch.maximum(torch.minimum(starts, rows + left - length), first)
-        return self._cut(starts, rows + left - starts)
+        pieces = self._cut(starts, rows + left - starts)
+        pieces.positions[..., 2] += self.config.floor_m * torch.randn(count, 1, 1, generator=self.random)
+        return pieces
 
     def _cut(self, starts: torch.Tensor, left: torch.Tensor) -> Pieces:
         """Return the pieces from ``starts`` (B,) on, of clips with ``left`` (B,) frames from there on."""
@@ -181,11 +202,11 @@ class LowerBodyLearner:
 
     def get_state(self) -> dict[str, Any]:
         """Return everything that the next update depends on."""
-        return get_state(self.model, self.optimiser, self.random)
+        return get_state(self._both, self.optimiser, self.random)
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Return to a state that ``get_state`` returned."""
-        set_state(self.model, self.optimiser, self.random, state)
+        set_state(self._both, self.optimiser, self.random, state)
 
 
 def _long_frames(clips: ClipSelection) -> torch.Tensor:
@@ -197,13 +218,13 @@ def _long_frames(clips: ClipSelection) -> torch.Tensor:
 def _features(joints: JointPoses) -> torch.Tensor:
     """Return the features of pieces, in whose first frame nothing was seen before."""
     before = JointPoses(*(torch.cat([part[:, :1], part[:, :-1]], 1) for part in joints))
-    before.seen[:, 0] = False
+    before.seen[:, 0] = before.oriented[:, 0] = False
     return joint_features(before, joints)
 
 
 def _targets(pieces: Pieces, seen: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
     """Return the true rotations (B, T, 7, 3, 3), and positions of the pelvis (B, T, 3) [m], relative to the true reference frame."""
-    frame, origin = reference_frame(JointPoses(pieces.positions, pieces.rotations, seen))
+    frame, origin = reference_frame(JointPoses(pieces.positions, pieces.rotations, seen, seen))
     back = frame.transpose(-1, -2)[:, :, None]
     pelvis = back @ pieces.rotations[:, :, PELVIS_TRACKER, None]
     thighs = back @ pieces.legs[:, :, _THIGHS]

@@ -1,6 +1,6 @@
 """Test clips of LoBSTr, of performers that no training saw, and sessions of virtual users of other sizes with displaced trackers."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,7 +16,7 @@ from datasets.motion.t_pose import STANDING_HEIGHT
 from datasets.synthetic.clips import synthetic_clips
 from datasets.trackers.calibration import TrackerCalibration, calibrate_trackers, calibrated_joint_poses, rotation_calibrated_poses
 from datasets.trackers.lower_body import leg_rotations, toe_contacts, toe_positions
-from datasets.trackers.trackers import TRACKER_RATE_HZ, TrackerPoses, tracker_poses
+from datasets.trackers.trackers import ALL_TRACKER_NAMES, TRACKER_RATE_HZ, TrackerPoses, tracker_poses
 from datasets.trackers.virtual_user import draw_tracker_placement, simulate_t_pose, simulate_trackers
 from eval.evaluation_recordings import TEST_FOLDERS
 from eval.study.lobstr.variants import USER_HEIGHTS_CM
@@ -43,6 +43,11 @@ class EvaluationClip:
     def joints(self) -> TrackerPoses:
         """Poses of the joints with trackers, in all T frames."""
         return tracker_poses(self.motion)
+
+    @property
+    def every_joint(self) -> TrackerPoses:
+        """Poses of all joints that may have trackers, in all T frames."""
+        return tracker_poses(self.motion, len(ALL_TRACKER_NAMES))
 
     @cached_property
     def legs(self) -> np.ndarray:
@@ -79,7 +84,7 @@ class Session:
         height_cm: Height of the user [cm].
         size_ratio: Size of the user over the standard humanoid's.
         calibration: Calibration from the user's T-pose.
-        trackers: Poses of the four trackers, at the user's size.
+        trackers: Poses of the trackers, at the user's size.
         seed: Seed of everything else that is random in the session.
     """
 
@@ -91,7 +96,7 @@ class Session:
     seed: tuple[int, ...]
 
     def joints(self, compensate_positions: bool) -> TrackerPoses:
-        """Return the poses of the four joints on the standard humanoid, with rotations alone or places compensated as well."""
+        """Return the poses of the joints on the standard humanoid, with rotations alone or places compensated as well."""
         return (
             calibrated_joint_poses(self.calibration, self.trackers)
             if compensate_positions
@@ -113,16 +118,22 @@ def load_unseen_clips(data: Path) -> list[EvaluationClip]:
     return [EvaluationClip(clip) for clip in [*recorded, *made_up] if len(clip) > WINDOW_FRAMES + 1]
 
 
-def simulate_sessions(clips: Iterable[EvaluationClip]) -> list[Session]:
-    """Return the sessions of all clips by all users, each with ``WEARINGS_PER_USER`` tracker placements; seeds are fixed."""
+def simulate_sessions(clips: Iterable[EvaluationClip], heights: Sequence[int] = USER_HEIGHTS_CM, legs: bool = False) -> list[Session]:
+    """Return the sessions of all clips by all users, each with ``WEARINGS_PER_USER`` tracker placements; seeds are fixed.
+
+    Args:
+        clips: Clips that are performed.
+        heights: Heights of the users [cm].
+        legs: Whether they wear trackers on feet and shins as well.
+    """
     sessions = []
     clips = list(clips)
-    for height in USER_HEIGHTS_CM:
+    for height in heights:
         for time in range(WEARINGS_PER_USER):
             rng = np.random.default_rng((height, time))
-            wearing = draw_tracker_placement(rng, height / 100.0)
-            calibration = calibrate_trackers(simulate_trackers(simulate_t_pose(T_POSE_SECONDS, rng), wearing, rng))
+            wearing = draw_tracker_placement(rng, height / 100.0, legs)
+            calibration = calibrate_trackers(simulate_trackers(simulate_t_pose(T_POSE_SECONDS, rng, legs), wearing, rng))
             for index, clip in enumerate(clips):
-                trackers = simulate_trackers(clip.joints, wearing, rng)
+                trackers = simulate_trackers(clip.every_joint if legs else clip.joints, wearing, rng)
                 sessions.append(Session(clip, height, height / 100.0 / STANDING_HEIGHT, calibration, trackers, (height, time, index)))
     return sessions

@@ -2,7 +2,7 @@
 
 import argparse
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,14 +13,33 @@ from agents.lower_body.model import LowerBodyModel
 from agents.lower_body.pose import joint_poses
 from agents.weights.pretrained import PRETRAINED_LOWER_BODY
 from configs.exit_codes import run_command
-from datasets.motion.kinematics import body_poses
 from datasets.motion.rotation_matrices import quaternions_to_matrices
-from datasets.trackers.joint_features import TRACKED_JOINT_BODIES, JointPoses
-from datasets.trackers.trackers import PELVIS_TRACKER, TrackerPoses
+from datasets.trackers.joint_features import JointPoses
+from datasets.trackers.trackers import (
+    ALL_TRACKER_NAMES,
+    FOOT_TRACKERS,
+    SHIN_TRACKERS,
+    TRACKER_NAMES,
+    TrackerPoses,
+)
 from eval.study.lobstr.evaluation_sessions import EvaluationClip, Session, load_unseen_clips, simulate_sessions
 from eval.study.lobstr.scores import PredictedLegs, Scores, score_clips, score_sessions, weighted_mean
 from eval.study.lobstr.variants import USER_HEIGHTS_CM
 
+USUAL = tuple(range(len(TRACKER_NAMES)))
+# Trackers with a position and trackers with a rotation of each set but the usual one
+TRACKER_SETS = {
+    "no pelvis tracker": ((0, 1, 2), (0, 1, 2)),
+    "feet tracked": ((*USUAL, *FOOT_TRACKERS), (*USUAL, *FOOT_TRACKERS)),
+    "knees tracked": ((*USUAL, *SHIN_TRACKERS), (*USUAL, *SHIN_TRACKERS)),
+    "feet and knees tracked": (tuple(range(len(ALL_TRACKER_NAMES))),) * 2,
+    "IMUs on the shins": (USUAL, (*USUAL, *SHIN_TRACKERS)),
+    "IMUs on shins and feet": (USUAL, tuple(range(len(ALL_TRACKER_NAMES)))),
+    "feet tracked, pelvis not": ((0, 1, 2, *FOOT_TRACKERS),) * 2,
+}
+WORN_SETS = ("feet tracked", "knees tracked")  # of users of the middle height, beside the usual set
+MIDDLE_HEIGHT_CM = sorted(USER_HEIGHTS_CM)[len(USER_HEIGHTS_CM) // 2]
+NAME_WIDTH = 62  # characters of a row's name
 CALM = ("walk", "static")  # categories of walks, turns and standing, for which marks are stricter
 MEASURES = {"contact_accuracy": "contacts [%]", "rotational_error": "rotation [deg]", "toe_position_error": "toe-bases [cm]"}
 
@@ -32,7 +51,7 @@ def predict_shipped(model: LowerBodyModel, joints: Sequence[TrackerPoses]) -> li
         model: Trained network.
         joints: Poses of the four joints in each clip from its first frame on, (T, 4, ...).
     """
-    return _predict(model, [_seen(one, np.ones(one.positions.shape[:2], dtype=bool)) for one in joints])
+    return _predict(model, [_tracked(one, USUAL, USUAL) for one in joints])
 
 
 def evaluate_shipped(model: LowerBodyModel, clips: Sequence[EvaluationClip]) -> Scores:
@@ -48,22 +67,27 @@ def shipped_rows(model: LowerBodyModel, data: Path) -> Iterator[tuple[str, Score
         data: Folder of real motion.
     """
     clips = load_unseen_clips(data)
-    sets: dict[str, Callable[[EvaluationClip], JointPoses]] = {
-        "": lambda clip: _seen(clip.joints, np.ones(clip.joints.positions.shape[:2], dtype=bool)),
-        ", no pelvis tracker": _without_pelvis,
-        ", feet tracked": _with_feet,
-    }
-    for name, see in sets.items():
-        predicted = _predict(model, [see(clip) for clip in clips])
+    for name, (seen, oriented) in {"": (USUAL, USUAL), **TRACKER_SETS}.items():
+        predicted = _predict(model, [_tracked(clip.every_joint, seen, oriented) for clip in clips])
         kinds = sorted({clip.motion.kind for clip in clips if clip.is_recorded}) if not name else []
         for group, chosen in _groups(clips, kinds):
-            yield f"{group}{name}", score_clips([clips[one] for one in chosen], [predicted[one] for one in chosen])
-    sessions = simulate_sessions(clip for clip in clips if clip.is_recorded)
+            row = f"{group}, {name}" if name else group
+            yield row, score_clips([clips[one] for one in chosen], [predicted[one] for one in chosen])
+    recorded = [clip for clip in clips if clip.is_recorded]
     for height in USER_HEIGHTS_CM:
-        own = [one for one in sessions if one.height_cm == height]
-        legs = predict_shipped(model, [one.joints(compensate_positions=True) for one in own])
-        for group, chosen in _groups([one.clip for one in own], []):
-            yield f"{group}, {height} cm, worn trackers", _score_worn([own[one] for one in chosen], [legs[one] for one in chosen])
+        yield from _worn_rows(model, recorded, height, "")
+    for name in WORN_SETS:
+        yield from _worn_rows(model, recorded, MIDDLE_HEIGHT_CM, name)
+
+
+def _worn_rows(model: LowerBodyModel, clips: Sequence[EvaluationClip], height: int, name: str) -> Iterator[tuple[str, Scores]]:
+    """Yield names and measures of users of a height who wear the set of trackers ``name``, the usual one if empty."""
+    sessions = simulate_sessions(clips, [height], legs=bool(name))
+    seen, oriented = TRACKER_SETS[name] if name else (USUAL, USUAL)
+    legs = _predict(model, [_tracked(one.joints(compensate_positions=True), seen, oriented) for one in sessions])
+    for group, chosen in _groups([one.clip for one in sessions], []):
+        row = f"{group}, {height} cm, worn trackers" + (f", {name}" if name else "")
+        yield row, _score_worn([sessions[one] for one in chosen], [legs[one] for one in chosen])
 
 
 def _groups(clips: Sequence[EvaluationClip], kinds: Sequence[str]) -> Iterator[tuple[str, list[int]]]:
@@ -87,20 +111,11 @@ def _predict(model: LowerBodyModel, joints: Sequence[JointPoses]) -> list[Predic
     return [PredictedLegs(pose.legs[WINDOW_FRAMES:], pose.contacts[WINDOW_FRAMES:]) for pose in predict_clips(model, joints)]
 
 
-def _seen(joints: TrackerPoses, seen: np.ndarray) -> JointPoses:
-    return joint_poses(joints, quaternions_to_matrices(joints.rotations), seen)
-
-
-def _without_pelvis(clip: EvaluationClip) -> JointPoses:
-    seen = np.ones(clip.joints.positions.shape[:2], dtype=bool)
-    seen[:, PELVIS_TRACKER] = False
-    return _seen(clip.joints, seen)
-
-
-def _with_feet(clip: EvaluationClip) -> JointPoses:
-    positions, rotations = body_poses(clip.motion)
-    turned = quaternions_to_matrices(rotations[:, TRACKED_JOINT_BODIES])
-    return JointPoses(positions[:, TRACKED_JOINT_BODIES], turned, np.ones(turned.shape[:2], dtype=bool))
+def _tracked(joints: TrackerPoses, seen: Sequence[int], oriented: Sequence[int]) -> JointPoses:
+    """Return joints of which trackers tell the position of those ``seen`` and the rotation of those ``oriented``."""
+    masks = np.zeros((2, *joints.positions.shape[:2]), dtype=bool)
+    masks[0, :, list(seen)] = masks[1, :, list(oriented)] = True
+    return joint_poses(joints, quaternions_to_matrices(joints.rotations), masks[0], masks[1])
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -111,9 +126,9 @@ def main(arguments: list[str] | None = None) -> int:
     options = made.parse_args(arguments)
 
     def run() -> None:
-        print(f"{'':48}" + "".join(f"{title:>16}" for title in MEASURES.values()))
+        print(f"{'':{NAME_WIDTH}}" + "".join(f"{title:>16}" for title in MEASURES.values()))
         for name, scores in shipped_rows(LowerBodyModel.load(options.model)[0], options.data):
-            print(f"{name:48}" + "".join(f"{scores[measure]:16.2f}" for measure in MEASURES), flush=True)
+            print(f"{name:{NAME_WIDTH}}" + "".join(f"{scores[measure]:16.2f}" for measure in MEASURES), flush=True)
 
     return run_command(run)
 

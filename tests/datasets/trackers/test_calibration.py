@@ -167,3 +167,58 @@ def test_what_is_no_t_pose_is_refused_in_one_line(spoil: Callable[[TrackerPoses]
     with pytest.raises(InputError, match=message) as refusal:
         calibrate_trackers(pose)
     assert "\n" not in str(refusal.value)
+
+
+def dressed_user() -> TrackerPlacement:
+    """Return a person with trackers on insteps and below the knees as well, turned anyhow."""
+    user, turns = textbook_user(), np.array([[0.1, 0.5, 0.2], [0.3, -0.4, 0.1], [0.2, 0.2, 1.0], [-0.2, 0.1, -1.0]])
+    offsets = user.scale * np.array([[0.07, 0.0, 0.02], [0.08, 0.0, 0.01], [0.05, 0.02, -0.1], [0.06, 0.0, -0.08]])
+    return TrackerPlacement(user.scale, np.concat([user.offsets, offsets]), np.concat([user.tilts, from_rotation_vector(turns)]))
+
+
+def test_feet_and_knees_are_found_wherever_their_trackers_are() -> None:
+    user = dressed_user()
+    pose = elsewhere(simulate_trackers(simulate_t_pose(1.0, legs=True), user), 2.2, (-1.0, 3.0))
+    joints = tracker_poses(lively(), 8)
+    found = calibrated_joint_poses(calibrate_trackers(pose), simulate_trackers(joints, user))
+    assert found.positions == pytest.approx(joints.positions, abs=1e-9)
+    assert rotation_angle(multiply(conjugate(joints.rotations), found.rotations)).max() < 1e-7
+
+
+def test_feet_may_stand_wide() -> None:
+    pose, user = simulate_t_pose(1.0, legs=True), dressed_user()
+    pose.positions[:, 4, 1] += 0.05
+    found = calibrated_joint_poses(calibrate_trackers(simulate_trackers(pose, user)), simulate_trackers(pose, user))
+    assert found.positions == pytest.approx(pose.positions, abs=1e-9)
+
+
+def test_of_an_imu_the_rotation_alone_is_calibrated_and_of_what_is_not_worn_nothing() -> None:
+    user = dressed_user()
+    pose = simulate_trackers(simulate_t_pose(1.0, legs=True), user)
+    pose.positions[:, 6] = np.nan  # an IMU on the left shin
+    pose.positions[:, [3, 5]] = pose.rotations[:, [3, 5]] = np.nan  # nothing on pelvis and right foot
+    calibration = calibrate_trackers(pose, np.array([True, True, True, False, True, False, True, True]))
+    joints = tracker_poses(lively(), 8)
+    found = calibrated_joint_poses(calibration, simulate_trackers(joints, user))
+    assert np.isfinite(found.rotations[:, [0, 1, 2, 4, 6, 7]]).all()
+    for tracker in (0, 1, 2, 4, 7):
+        assert found.positions[:, tracker] == pytest.approx(joints.positions[:, tracker], abs=1e-9)
+    assert np.isnan(found.positions[:, [3, 5, 6]]).all()
+    assert np.isnan(found.rotations[:, [3, 5]]).all()
+    assert rotation_angle(multiply(conjugate(joints.rotations[:, 6]), found.rotations[:, 6])).max() < 1e-7
+
+
+@pytest.mark.parametrize(
+    ("tracker", "place", "message"),
+    [
+        (4, [0.1, 0.1, 0.5], "T-pose: height of foot_l is 0.50 m, should be 0.00 to 0.26 m"),
+        (7, [0.1, -0.1, 0.9], "T-pose: height of shin_r is 0.90 m"),
+        (4, [0.1, -0.3, 0.1], "T-pose: foot_l is to the right of foot_r, should be to the left of foot_r"),
+        (5, [np.nan, np.nan, np.nan], "T-pose: foot_r is lost"),
+    ],
+)
+def test_trackers_of_legs_that_are_elsewhere_are_told(tracker: int, place: list[float], message: str) -> None:
+    pose = simulate_trackers(simulate_t_pose(1.0, legs=True), dressed_user())
+    pose.positions[-20 if np.isnan(place[0]) else 0 :, tracker] = place
+    with pytest.raises(InputError, match=message):
+        calibrate_trackers(pose)

@@ -5,8 +5,8 @@ import pytest
 import torch
 
 from datasets.motion.rotation import from_axis_angle, to_matrix
-from datasets.trackers.joint_features import TRACKED_JOINTS, JointPoses, joint_features, reference_frame
-from datasets.trackers.trackers import HAND_L_TRACKER, HEAD_TRACKER, PELVIS_TRACKER
+from datasets.trackers.joint_features import JointPoses, joint_features, reference_frame
+from datasets.trackers.trackers import ALL_TRACKER_NAMES, HAND_L_TRACKER, HEAD_TRACKER, PELVIS_TRACKER
 
 X, Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 PLACE, FORWARD, UP, VELOCITY, SPIN = (slice(3 * part, 3 * part + 3) for part in range(5))
@@ -18,11 +18,11 @@ def turned(axis: np.ndarray, degrees: float) -> np.ndarray:
 
 def facing_left() -> JointPoses:
     """Return somebody at (2, 3) who faces along y, with the left hand half a metre ahead of the pelvis."""
-    positions = np.tile([2.0, 3.0, 0.0], (len(TRACKED_JOINTS), 1))
+    positions = np.tile([2.0, 3.0, 0.0], (len(ALL_TRACKER_NAMES), 1))
     positions[HEAD_TRACKER, 2], positions[PELVIS_TRACKER, 2] = 1.6, 0.9
     positions[HAND_L_TRACKER] = [2.0, 3.5, 1.1]
-    rotations = np.tile(turned(Z, 90.0), (len(TRACKED_JOINTS), 1, 1))
-    return JointPoses(positions, rotations, np.ones(len(TRACKED_JOINTS), dtype=bool))
+    rotations = np.tile(turned(Z, 90.0), (len(ALL_TRACKER_NAMES), 1, 1))
+    return JointPoses(positions, rotations, *np.ones((2, len(ALL_TRACKER_NAMES)), dtype=bool))
 
 
 def test_places_and_axes_are_those_in_the_heading_of_the_pelvis() -> None:
@@ -41,7 +41,7 @@ def test_velocities_are_those_in_the_world_along_the_axes_of_the_pelvis() -> Non
     now.positions[:] += [0.0, 0.02, 0.0]  # everybody goes 2 cm along y, which is ahead
     now.rotations[HEAD_TRACKER] = turned(X, -3.0) @ before.rotations[HEAD_TRACKER]  # which is his left axis, reversed
     found = joint_features(before, now)
-    assert found[:, VELOCITY] == pytest.approx(np.tile([0.9, 0.0, 0.0], (6, 1)), abs=1e-6)  # 0.02 m, 45 times a second
+    assert found[:, VELOCITY] == pytest.approx(np.tile([0.9, 0.0, 0.0], (8, 1)), abs=1e-6)  # 0.02 m, 45 times a second
     assert found[HEAD_TRACKER, SPIN] == pytest.approx([0.0, 45.0 * np.sin(np.radians(3.0)), 0.0], abs=1e-6)
     assert found[PELVIS_TRACKER, SPIN] == pytest.approx([0.0, 0.0, 0.0], abs=1e-6)
 
@@ -49,7 +49,13 @@ def test_velocities_are_those_in_the_world_along_the_axes_of_the_pelvis() -> Non
 def test_who_was_not_seen_before_has_no_velocity() -> None:
     before, now = facing_left(), facing_left()
     now.positions[:] += 0.1
+    turned_by = turned(X, 3.0)
+    now.rotations[:] = turned_by @ now.rotations
     before.seen[HAND_L_TRACKER] = now.seen[HEAD_TRACKER] = False
+    found = joint_features(before, now)
+    assert not found[[HAND_L_TRACKER, HEAD_TRACKER], VELOCITY].any()
+    assert found[HEAD_TRACKER, SPIN].any()  # the head is an IMU now, whose turns are known
+    before.oriented[HAND_L_TRACKER] = now.oriented[HEAD_TRACKER] = False
     found = joint_features(before, now)
     assert not found[[HAND_L_TRACKER, HEAD_TRACKER], VELOCITY.start :].any()
     assert found[PELVIS_TRACKER, VELOCITY.start :].any()
@@ -68,7 +74,7 @@ def test_the_head_is_the_reference_while_the_pelvis_is_lost() -> None:
 
 def test_torch_says_the_same() -> None:
     before, now = facing_left(), facing_left()
-    now.positions[:] += np.arange(18.0).reshape(6, 3) / 100.0
+    now.positions[:] += np.arange(24.0).reshape(8, 3) / 100.0
     now.seen[2] = False
     tensors = [JointPoses(*(torch.from_numpy(part) for part in one)) for one in (before, now)]
     assert joint_features(*tensors).numpy() == pytest.approx(joint_features(before, now), abs=1e-6)

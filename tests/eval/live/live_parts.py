@@ -38,9 +38,12 @@ class CheapBodies:
         self.users = users
         self.frames = np.zeros(users, dtype=int)
         self.batches: list[int] = []
+        self.worn: list[bool] = []
 
-    def reset(self, rows: np.ndarray) -> None:
-        """Restart the calibration."""
+    def reset(self, rows: np.ndarray, worn: np.ndarray | None = None) -> None:
+        """Restart the calibration; ``worn`` holds the trackers of the last user who came."""
+        if worn is not None:
+            self.worn = worn[0].tolist()
         self.frames[rows] = 0
 
     def step(self, rows: np.ndarray, trackers: TrackerPoses) -> SolvedFrames:

@@ -5,7 +5,8 @@ import pytest
 
 from datasets.motion.rotation import from_yaw, rotation_angle
 from datasets.trackers.trackers import HAND_L_TRACKER, HEAD_TRACKER, PELVIS_TRACKER, TrackerPoses
-from eval.live.lost_trackers import FADE_FRAMES, LostTrackers
+from eval.live.lost_trackers import LostTrackers
+from eval.live.tracker_fade import FADE_FRAMES
 
 ROW = np.array([1])
 ALL = np.ones((1, 4), dtype=bool)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from configs.errors import InputError
 from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES
-from datasets.trackers.trackers import HEAD_TRACKER, TRACKER_NAMES
+from datasets.trackers.trackers import ALL_TRACKER_NAMES, HEAD_TRACKER, TRACKER_NAMES
 from eval.live.wire_protocol import AXIS_SYSTEMS, MAX_FRAME_NUMBER, CalibrationRequest, Codec, TrackerFrame, read_hello
 from tests.eval.live.live_parts import STANDING
 
@@ -61,12 +61,13 @@ def test_skeleton_in_the_clients_axes() -> None:
 @given(st.sampled_from(AXIS_SYSTEMS), st.integers(0, MAX_FRAME_NUMBER), st.integers(0, 2**32 - 1))
 def test_frames_come_back(axes: str, number: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    rotations = rng.normal(size=(4, 4))
+    rotations = rng.normal(size=(8, 4))
     trackers = read(Codec.of("z-up"), line()).trackers
     trackers = trackers._replace(
-        positions=rng.uniform(-5, 5, (4, 3)), rotations=rotations / np.linalg.norm(rotations, axis=1, keepdims=True)
+        positions=rng.uniform(-5, 5, (8, 3)), rotations=rotations / np.linalg.norm(rotations, axis=1, keepdims=True)
     )
-    codec = Codec.of(axes)
+    trackers.positions[7] = np.nan  # an IMU
+    codec = Codec.of(axes, trackers=ALL_TRACKER_NAMES)
     back = read(codec, codec.frame(number, trackers))
     assert back.number == number
     np.testing.assert_allclose(back.trackers.positions, trackers.positions, atol=1e-6)
@@ -78,8 +79,37 @@ def test_a_lost_tracker_is_null() -> None:
     frame = read(codec, line(hand_l=None))
     assert np.isnan(frame.trackers.positions[1]).all()
     assert np.isnan(frame.trackers.rotations[1]).all()
-    assert np.isfinite(np.delete(frame.trackers.positions, 1, axis=0)).all()
+    assert np.isfinite(frame.trackers.positions[[0, 2, 3]]).all()
+    assert np.isnan(frame.trackers.positions[4:]).all()  # not worn
     assert json.loads(codec.frame(7, frame.trackers))["hand_l"] is None
+
+
+def test_trackers_beyond_the_usual_ones_come_in_the_hello() -> None:
+    codec = read_hello(json.dumps({"lobstr": 1, "axes": "z-up", "trackers": ["shin_l", "head", "hand_r", "hand_l", "foot_r"]}).encode())
+    assert codec.trackers == ("head", "hand_l", "hand_r", "foot_r", "shin_l")
+    assert codec.worn.tolist() == [True, True, True, False, False, True, True, False]
+    assert json.loads(codec.welcome(1))["trackers"] == list(codec.trackers)
+    body = {name: STANDING[name] for name in ("head", "hand_l", "hand_r")}
+    frame = read(codec, json.dumps({"frame": 1, **body, "foot_r": [0.1, -0.2, 0.1, 1, 0, 0, 0], "shin_l": [HALF, 0, 0, HALF]}).encode())
+    assert frame.trackers.positions[5] == pytest.approx([0.1, -0.2, 0.1])
+    assert frame.trackers.rotations[6] == pytest.approx([HALF, 0, 0, HALF])  # of an IMU, whose place is not known
+    assert np.isnan(frame.trackers.positions[6]).all()
+    assert np.isnan(frame.trackers.rotations[3]).all()
+    assert list(json.loads(codec.frame(1, frame.trackers))) == ["frame", *codec.trackers]
+    with pytest.raises(InputError, match='"foot_r" is missing'):
+        codec.read(json.dumps({"frame": 2, **body, "shin_l": None}).encode())
+    with pytest.raises(InputError, match='"pelvis" is unknown'):
+        codec.read(json.dumps({"frame": 2, **STANDING, "foot_r": None, "shin_l": None}).encode())
+
+
+@pytest.mark.parametrize(
+    "trackers", [[], ["head", "hand_l"], "head", [*TRACKER_NAMES, "tail"], [*TRACKER_NAMES, "head"], [*TRACKER_NAMES, 1]]
+)
+def test_trackers_that_cannot_be(trackers: object) -> None:
+    with pytest.raises(
+        InputError, match=r'"trackers" is .*, should be head, hand_l, hand_r and any of pelvis, foot_l, foot_r, shin_l, shin_r'
+    ):
+        read_hello(json.dumps({"lobstr": 1, "axes": "z-up", "trackers": trackers}).encode())
 
 
 def test_rough_quaternions_are_made_unit() -> None:
@@ -113,6 +143,7 @@ def test_calibrate() -> None:
         (line(foot=[0] * 7), '"foot" is unknown'),
         (line(head="lost"), '"head" should be seven numbers'),
         (line(head=[0, 0, 1]), '"head" should be seven numbers'),
+        (line(head=[1, 0, 0, 0]), '"head" should be seven numbers'),
         (line(head=[0, 0, 1, 1, 0, 0, 0, 0]), '"head" should be seven numbers'),
         (line(head=[0, 0, "1", 1, 0, 0, 0]), '"head" should be seven numbers'),
         (line(head=[0, 0, True, 1, 0, 0, 0]), '"head" should be seven numbers'),

@@ -10,8 +10,8 @@ import torch
 from agents.lower_body.model import LowerBodyModel, LowerBodyPrediction
 from agents.lower_body.spec import LowerBodySpec
 from configs.source_code import PROJECT_ROOT
-from datasets.trackers.joint_features import TRACKED_JOINTS, JointPoses
-from datasets.trackers.trackers import HEAD_TRACKER, PELVIS_TRACKER, TRACKER_NAMES
+from datasets.trackers.joint_features import JointPoses
+from datasets.trackers.trackers import ALL_TRACKER_NAMES, FOOT_TRACKERS, HEAD_TRACKER, PELVIS_TRACKER, SHIN_TRACKERS
 from tests.trainers.run_comparison import final_state, same
 from tests.trainers.supervised.test_lobstr import bobbing
 from trainers.supervised import cli as supervised
@@ -22,8 +22,9 @@ from trainers.supervised.lower_body_data import prepare_lower_body_data
 from trainers.supervised.lower_body_learner import LowerBodyLearner
 
 EXACT = LowerBodyLearnerConfig(
-    batch=8, frames=60, skipped_frames=5, learning_rate=5e-3, final_learning_rate=5e-3, users=4, perfect_share=1.0, convention_deg=0.0,
-    build=0.0, position_noise_m=0.0, rotation_noise_deg=0.0, no_pelvis_share=0.0, feet_share=0.0, lost_share=0.0,
+    batch=8, frames=60, skipped_frames=5, learning_rate=5e-3, final_learning_rate=5e-3, average=0.9, users=4, perfect_share=1.0,
+    convention_deg=0.0, build=0.0, floor_m=0.0, position_noise_m=0.0, rotation_noise_deg=0.0, no_pelvis_share=0.0, feet_share=0.0,
+    shins_share=0.0, lost_share=0.0,
 )  # fmt: skip
 
 
@@ -69,24 +70,23 @@ def _steady() -> dict[str, Any]:
     return {"batch": 8, "frames": 60, "skipped_frames": 5, "learning_rate": 1e-3, "final_learning_rate": 1e-3, "users": 4}
 
 
-def test_the_truth_has_no_loss_but_the_feet_that_slide(tiny: LowerBodyConfig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_truth_has_no_loss_but_the_feet_that_slide(tiny: LowerBodyConfig, tmp_path: Path) -> None:
     data = prepare_lower_body_data(tiny.data, tmp_path / "cache", lambda _: None)
     learner = LowerBodyLearner(tiny, data)
     pieces = learner._draw(4)
-    seen = torch.ones(4, 60, len(TRACKED_JOINTS), dtype=torch.bool)
+    seen = torch.ones(4, 60, len(ALL_TRACKER_NAMES), dtype=torch.bool)
     seen[2:, :, PELVIS_TRACKER] = False  # the head's heading and place are the reference
 
     class Oracle(torch.nn.Module):
         """Says the truth about people who face x, whose head is over the pelvis and who never turn."""
 
-        def forward(self, features: torch.Tensor, seen: torch.Tensor) -> LowerBodyPrediction:
+        def forward(self, features: torch.Tensor, masks: torch.Tensor) -> LowerBodyPrediction:
             pelvis = pieces.positions[:, :, PELVIS_TRACKER] * torch.tensor([0.0, 0.0, 1.0])
             rotations = torch.cat([torch.eye(3).expand(4, 60, 1, 3, 3), pieces.legs], 2)
             return LowerBodyPrediction(rotations, pelvis, 40.0 * (pieces.contacts - 0.5))
 
-    monkeypatch.setattr(learner, "model", Oracle())
     with torch.inference_mode():
-        found = learner._losses(pieces, JointPoses(pieces.positions, pieces.rotations, seen))
+        found = learner._losses(Oracle(), pieces, JointPoses(pieces.positions, pieces.rotations, seen, seen))
     assert float(found["toe_error_cm"]) < 1e-3
     assert float(found["rotation_error_deg"]) < 0.1
     assert float(found["contact_accuracy"]) == 100.0
@@ -103,18 +103,21 @@ def test_padded_frames_are_no_frames(tiny: LowerBodyConfig, tmp_path: Path) -> N
 
 
 def test_trackers_are_lost_as_often_as_told_and_one_reference_stays() -> None:
-    config = replace(EXACT, no_pelvis_share=0.5, feet_share=0.25, lost_share=0.3)
+    config = replace(EXACT, no_pelvis_share=0.5, feet_share=0.25, shins_share=0.6, imu_share=0.5, lost_share=0.3)
     augment = TrackerAugmentation(config, 0, torch.Generator().manual_seed(0))
-    positions, rotations = torch.zeros(400, 60, 6, 3), torch.eye(3).expand(400, 60, 6, 3, 3)
-    seen = augment(positions, rotations).seen
+    positions, rotations = torch.zeros(400, 60, 8, 3), torch.eye(3).expand(400, 60, 8, 3, 3)
+    seen, oriented = augment(positions, rotations)[2:]
     assert bool(torch.logical_or(seen[..., HEAD_TRACKER], seen[..., PELVIS_TRACKER]).all())
     assert float(seen[..., PELVIS_TRACKER].any(1).float().mean()) == pytest.approx(0.5, abs=0.1)
-    assert float(seen[..., len(TRACKER_NAMES) :].any(1).float().mean()) == pytest.approx(0.25, abs=0.08)
+    assert float(oriented[..., FOOT_TRACKERS].any(1).float().mean()) == pytest.approx(0.25, abs=0.08)
+    assert float(oriented[..., SHIN_TRACKERS].any(1).float().mean()) == pytest.approx(0.6, abs=0.08)
+    assert float(seen[..., SHIN_TRACKERS].any(1).float().mean()) == pytest.approx(0.3, abs=0.08)  # the others are IMUs
+    assert bool(torch.logical_or(oriented, torch.logical_not(seen)).all())
 
 
 def test_worn_trackers_deviate_by_a_constant_of_each_piece() -> None:
     augment = TrackerAugmentation(replace(EXACT, perfect_share=0.0, convention_deg=3.0), 0, torch.Generator().manual_seed(0))
-    positions, rotations = torch.randn(50, 7, 6, 3), torch.eye(3).expand(50, 7, 6, 3, 3)
+    positions, rotations = torch.randn(50, 7, 8, 3), torch.eye(3).expand(50, 7, 8, 3, 3)
     worn = augment(positions, rotations)
     assert torch.allclose(worn.rotations, worn.rotations[:, :1].expand_as(worn.rotations), atol=1e-6)
     assert float((worn.rotations - torch.eye(3)).abs().amax((1, 2, 3, 4)).min()) > 0.0  # nobody's are exact
