@@ -1,4 +1,4 @@
-"""Script for a Python with Blender in it: hands an armature's motion over, writes it into a copy of its scene, or makes a scene of a motion.
+"""Script for a Python with Blender in it: hands an armature's motion over, writes one into a copy of its scene, or into a new scene.
 
 It runs in a process of its own and imports nothing of this project, which never imports Blender (GPL): they exchange files. Units are
 Blender's: metres, Z up; frames may be fractions, of the scene's rate at import. J bones, T frames.
@@ -296,9 +296,9 @@ def key_bone(armature: Any, bone: Any, times: np.ndarray, matrices: np.ndarray, 
 def make(bpy: Any, poses: Path, out: Path) -> None:
     """Write a scene of one skeleton with one animation.
 
-    ``poses`` holds ``heads`` and ``tails`` (J, 3) of the bones at rest, the joints' poses ``matrices`` (T, J, 4, 4), which are not turned at
-    rest, and ``facts``: names, parents, name of the animation, frame rate. A glTF is metres and Z up in here; an FBX is as it will be
-    in the file, centimetres and Y up, so that no node of it is scaled or turned.
+    ``poses`` holds ``heads`` and ``tails`` (J, 3) of the bones at rest, ``matrices`` (T, J, 4, 4) of the joints, which are not turned at
+    rest, and ``facts``: names, parents, name of the animation, frame rate. For a glTF they are in metres and Z up; for an FBX as they
+    will be in the file, in centimetres and Y up, so that no node of it is scaled or turned.
     """
     with np.load(poses, allow_pickle=False) as told:
         facts, heads, tails, matrices = json.loads(str(told["facts"])), told["heads"], told["tails"], told["matrices"]
@@ -311,16 +311,16 @@ def make(bpy: Any, poses: Path, out: Path) -> None:
     action = add_action(bpy, armature, facts["animation"])
     rest = np.array([bone.bone.matrix_local for bone in bones])
     matrices[..., :3, :3] = matrices[..., :3, :3] @ rest[:, :3, :3]
-    # The frame before the first is at rest, and current: a skeleton without a mesh has no other rest pose in an FBX
-    matrices, times = np.concatenate([rest[None], matrices]), np.arange(-1, len(matrices))
-    for index, parent in enumerate(facts["parents"]):
-        key_bone(armature, bones[index], times[not is_fbx :], matrices[not is_fbx :, index], matrices[not is_fbx :, parent] if parent >= 0 else None)
-    if is_fbx:
+    times = np.arange(len(matrices))
+    if is_fbx:  # which holds the current frame, here one before the first, for the rest pose of a skeleton without a mesh
+        matrices, times = np.concatenate([rest[None], matrices]), np.append(-1, times)
         scene.unit_settings.scale_length = FBX_UNIT
         armature.rotation_euler.x = np.pi / 2
     else:
         draw_bones(bpy, armature, names, heads, tails)
-    scene.frame_set(-1)
+    for index, parent in enumerate(facts["parents"]):
+        key_bone(armature, bones[index], times, matrices[:, index], matrices[:, parent] if parent >= 0 else None)
+    scene.frame_set(int(times[0]))
     name_takes(bpy, armature, [action])
     export(bpy, out, several=False, one_take=False)
 
@@ -358,9 +358,9 @@ def draw_bones(bpy: Any, armature: Any, names: list[str], heads: np.ndarray, tai
     points, faces = [], []
     for bone, head, tail in zip((armature.data.bones[name] for name in names), heads, tails, strict=True):
         axes = np.array(bone.matrix_local)[:3, :3] * bone.length  # columns; the second points to the tail
-        sides = [head + DRAWN_CORNERS_AT * axes[:, 1] + DRAWN_WIDTH * (x * axes[:, 0] + z * axes[:, 2]) for x, z in ((1, 0), (0, 1), (-1, 0), (0, -1))]
+        across = DRAWN_WIDTH * np.array([axes[:, 0], axes[:, 2], -axes[:, 0], -axes[:, 2]])
         first = len(points)
-        points += [head, *sides, tail]
+        points += [head, *(head + DRAWN_CORNERS_AT * axes[:, 1] + across), tail]
         for one, other in ((1, 2), (2, 3), (3, 4), (4, 1)):
             faces += [(first, first + one, first + other), (first + 5, first + other, first + one)]
     mesh.from_pydata([point.tolist() for point in points], [], faces)

@@ -63,8 +63,8 @@ def run_blender(arguments: list[object], file: Path, folder: Path, advice: str =
         ) from error
     if code == NO_BLENDER:
         raise InputError(
-            f"{file}: FBX and glTF are read and written by Blender, which {python} has not: 'pip install bpy=={BLENDER_VERSION}' in an environment "
-            f"of its own with Python 3.11, and set {PYTHON_VARIABLE} to that environment's python"
+            f"{file}: FBX and glTF are read and written by Blender, which {python} has not: 'pip install bpy=={BLENDER_VERSION}' in an "
+            f"environment of its own with Python 3.11, and set {PYTHON_VARIABLE} to that environment's python"
         )
     if code:
         raise InputError(f"{file}: {_reason(folder, advice) if code == FAILED else f'Blender broke down on it; {advice}'}")

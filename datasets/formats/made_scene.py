@@ -13,6 +13,7 @@ from datasets.motion.skeleton import forward_kinematics
 
 MIN_BONE_M, STUB_M = 0.005, 0.05  # m, the shortest bone that shows where it points, and the length of one that ends nowhere
 FBX_UNIT_M = 0.01  # m
+MAX_NAME = 63  # bytes, of a bone's name in Blender
 # Up in the file -> matrix to Y up, about one axis, so that a file with Y up stands as it did
 TO_Y_UP: dict[str, np.ndarray] = {
     "x": np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
@@ -40,50 +41,62 @@ def make_scene(path: Path, bvh: Bvh) -> tuple[str, ...]:
     Raises:
         InputError: If Blender is not installed or fails, or the file cannot be written; names the file.
     """
-    if bvh.stated.unit is None or bvh.stated.up_axis is None:
-        raise ValueError(f"{path}: unit and up axis of the clip should be stated, as a cleaned clip's are")
-    in_metres, turn = bvh.stated.unit, TO_Y_UP[bvh.stated.up_axis]
+    metres, up = bvh.stated.unit, bvh.stated.up_axis
+    if metres is None or up is None:
+        raise ValueError(f"{path}: unit and up axis of the clip should be stated, as those of a cleaned one are")
     is_fbx = path.suffix.lower() == ".fbx"
-    unit = FBX_UNIT_M if is_fbx else 1.0
-    heads, tails, matrices = scene_poses(bvh, in_metres / unit, turn if is_fbx else Y_UP_TO_Z_UP @ turn, 1.0 / unit)
+    scale = metres / FBX_UNIT_M if is_fbx else metres
+    axes = TO_Y_UP[up] if is_fbx else Y_UP_TO_Z_UP @ TO_Y_UP[up]
+    heads, tails = rest_bones(bvh, metres, TO_Y_UP[up][1])
     facts = {"names": bvh.names, "parents": bvh.parents, "animation": path.stem, "fps": frame_rate(bvh.frame_time)}
+    bones = {"heads": scale * heads @ axes.T, "tails": scale * tails @ axes.T, "matrices": joint_poses(bvh, scale, axes)}
     with tempfile.TemporaryDirectory(prefix="adapt-mimic-") as folder:
         poses, made = Path(folder) / "poses.npz", Path(folder) / f"scene{path.suffix.lower()}"
-        np.savez(poses, facts=json.dumps(facts), heads=heads, tails=tails, matrices=matrices)
+        np.savez(poses, facts=json.dumps(facts), **bones)
         run_blender(["make", poses, made], path, Path(folder), "write a BVH instead")
         hand_over(made, path)
-    mesh = "an FBX in centimetres" if is_fbx else "a glTF in metres, with the bones as a mesh"
-    return (f"The file was made by Blender: {mesh}, Y up.",)
+    held = "an FBX in centimetres" if is_fbx else "a glTF in metres, with the bones as a mesh"
+    shortened = " Names of joints longer than 63 bytes were shortened." if any(len(name.encode()) > MAX_NAME for name in bvh.names) else ""
+    return (f"The file was made by Blender: {held}, Y up.{shortened}",)
 
 
-def scene_poses(bvh: Bvh, scale: float, turn: np.ndarray, metre: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return bones at rest and in motion, in other axes and another unit.
+def rest_bones(bvh: Bvh, metres: float, up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return where bones begin and end without any rotation; one ends in the middle of the joints and End Sites below it.
 
     Args:
         bvh: Clip.
-        scale: Units of the scene in one of the clip.
-        turn: Matrix (3, 3) from the clip's axes to the scene's.
-        metre: Units of the scene in a metre.
+        metres: Metres per unit of the clip.
+        up: Direction (3,) in which the root points where nothing else tells; others go on as their parent then.
 
     Returns:
-        Heads and tails of the bones without any rotation, shape (J, 3); poses of the joints, shape (T, J, 4, 4), which are not turned at rest.
+        Heads and tails [unit of the clip], shape (J, 3) each; no bone has no length, which Blender would remove.
     """
     still = np.broadcast_to((1.0, 0.0, 0.0, 0.0), (1, len(bvh.names), 4))
     heads = forward_kinematics(bvh.parents, bvh.offsets[None], still)[0][0]
-    positions, rotations = forward_kinematics(bvh.parents, *local_pose(bvh))
-    matrices = np.zeros((*positions.shape[:2], 4, 4), dtype=np.float32)
-    matrices[..., :3, :3] = turn @ quaternions_to_matrices(rotations) @ turn.T
-    matrices[..., :3, 3] = scale * positions @ turn.T
-    matrices[..., 3, 3] = 1.0
-    ends = [[*(heads[child] for child, over in enumerate(bvh.parents) if over == joint)] for joint in range(len(heads))]
-    for joint, sites in enumerate(bvh.end_sites):
-        ends[joint] += [heads[joint] + site for site in sites]
-    heads = scale * heads @ turn.T
+    below: list[list[np.ndarray]] = [[np.array(site) for site in sites] for sites in bvh.end_sites]
+    for joint, parent in enumerate(bvh.parents[1:], start=1):
+        below[parent].append(bvh.offsets[joint])
     bones = np.zeros_like(heads)
     for joint, parent in enumerate(bvh.parents):
-        if ends[joint]:
-            bones[joint] = scale * turn @ np.mean(ends[joint], axis=0) - heads[joint]
-        if np.linalg.norm(bones[joint]) < MIN_BONE_M * metre:  # goes on as its parent does; the root upwards
-            before = bones[parent] if parent >= 0 else turn @ (0.0, 1.0, 0.0)
-            bones[joint] = STUB_M * metre * before / np.linalg.norm(before)
-    return heads, heads + bones, matrices
+        bone = np.mean(below[joint], axis=0) if below[joint] else np.zeros(3)
+        if metres * np.linalg.norm(bone) < MIN_BONE_M:
+            before = bones[parent] if parent >= 0 else up
+            bone = STUB_M / metres * before / np.linalg.norm(before)
+        bones[joint] = bone
+    return heads, heads + bones
+
+
+def joint_poses(bvh: Bvh, scale: float, axes: np.ndarray) -> np.ndarray:
+    """Return the poses of the joints, which are not turned at rest, shape (T, J, 4, 4).
+
+    Args:
+        bvh: Clip.
+        scale: Units of the poses in one of the clip.
+        axes: Matrix (3, 3) from the clip's axes to those of the poses.
+    """
+    positions, rotations = forward_kinematics(bvh.parents, *local_pose(bvh))
+    poses = np.zeros((*positions.shape[:2], 4, 4), dtype=np.float32)  # as Blender has them
+    poses[..., :3, :3] = axes @ quaternions_to_matrices(rotations) @ axes.T
+    poses[..., :3, 3] = scale * positions @ axes.T
+    poses[..., 3, 3] = 1.0
+    return poses

@@ -52,8 +52,8 @@ def files_beside(path: Path) -> list[Path]:
 def can_write(path: Path, source: Path) -> bool:
     """Return whether a file with the suffix of ``path`` can be written of a clip that was read from ``source``.
 
-    Every clip can be written as BVH, and as a scene: as a copy of the recorded one, or as one that is made. MVNX is only written as a copy of
-    the recorded file.
+    Every clip can be written as BVH, and as FBX or glTF: as a copy of the recorded scene, or as one that is made. MVNX is only written as a
+    copy of a recorded MVNX.
     """
     return path.suffix.lower() in writable_suffixes(source)
 
