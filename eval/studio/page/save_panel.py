@@ -86,10 +86,11 @@ class SavePanel:
 
     def _download(self, project: Project) -> str:
         """Send the clean clip to the browser."""
+        name = cleaned_path(project.path, self._suffix).name
+        check_writer(Path(name), project.path)
+        result = project.solve_wholly()
         with TemporaryDirectory(prefix="adapt-mimic-") as folder:
-            out = Path(folder) / cleaned_path(project.path, self._suffix).name
-            check_writer(out, project.path)
-            result = project.solve_wholly()
+            out = Path(folder) / name
             notes = project.write(result, out)
             self._client.send_file_download(out.name, out.read_bytes(), save_immediately=True)
         return " ".join([f"{out.name} was downloaded.", *notes])
