@@ -1,16 +1,19 @@
-"""Script for a Python with Blender in it: hands an armature's motion over, and writes it into a copy of its scene.
+"""Script for a Python with Blender in it: hands an armature's motion over, writes one into a copy of its scene, or into a new scene.
 
 It runs in a process of its own and imports nothing of this project, which never imports Blender (GPL): they exchange files. Units are
 Blender's: metres, Z up; frames may be fractions, of the scene's rate at import. J bones, T frames.
 
     python blender_process.py read SCENE RESULT.npz FIGURE
     python blender_process.py write SCENE POSES.npz FIGURE OUT
+    python blender_process.py make POSES.npz OUT
+    python blender_process.py find
 
 Exit codes: 0 done, 3 no Blender here, 4 failed; of the latter two lines in ``error.txt`` in the working directory say whose fault and why.
 """
 
 import json
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +32,9 @@ MIN_MOVING_SHARE = 0.5  # of the bones that move in the liveliest animation of a
 MAX_BONES, MAX_POSES = 1000, 10_000_000  # bones; bones times frames
 MAX_MEMORY_BYTES = 16 * 2**30  # that the process may address
 LINEAR = 1  # Blender's number of the interpolation
+MADE_ARMATURE = "Armature"  # of a made scene: Unreal does not take a node of this name for a bone
+FBX_UNIT = 0.01  # m, of a made FBX
+DRAWN_WIDTH, DRAWN_CORNERS_AT = 0.1, 0.2  # half the width of a drawn bone and where it is widest, of its length
 
 
 class SceneError(Exception):
@@ -274,7 +280,7 @@ def key_bone(armature: Any, bone: Any, times: np.ndarray, matrices: np.ndarray, 
     turns[1:] *= flips[:, None]  # a quaternion and its negative are one rotation, but not to what interpolates
     bone.rotation_mode = "QUATERNION"
     slot = armature.animation_data.action_slot
-    bag, path = next(bag for bag in bags(slot.id_data) if bag.slot == slot), f'pose.bones["{bone.name}"]'
+    bag, path = next(bag for bag in bags(slot.id_data) if bag.slot == slot), bone.path_from_id()
     replaced = {f"{path}.{kind}" for kind in ("location", "rotation_quaternion", "rotation_euler", "rotation_axis_angle")}
     for curve in [curve for curve in bag.fcurves if curve.data_path in replaced]:
         bag.fcurves.remove(curve)
@@ -285,6 +291,85 @@ def key_bone(armature: Any, bone: Any, times: np.ndarray, matrices: np.ndarray, 
             curve.keyframe_points.foreach_set("co", np.stack([times, values[:, axis]], axis=1).astype(np.float32).ravel())
             curve.keyframe_points.foreach_set("interpolation", np.full(len(times), LINEAR, dtype=np.int32))
             curve.update()
+
+
+def make(bpy: Any, poses: Path, out: Path) -> None:
+    """Write a scene of one skeleton with one animation.
+
+    ``poses`` holds ``heads`` and ``tails`` (J, 3) of the bones at rest, ``matrices`` (T, J, 4, 4) of the joints, which are not turned at
+    rest, and ``facts``: names, parents, name of the animation, frame rate. For a glTF they are in metres and Z up; for an FBX as they
+    will be in the file, in centimetres and Y up, so that no node of it is scaled or turned.
+    """
+    with np.load(poses, allow_pickle=False) as told:
+        facts, heads, tails, matrices = json.loads(str(told["facts"])), told["heads"], told["tails"], told["matrices"]
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene, is_fbx = bpy.context.scene, out.suffix.lower() == ".fbx"
+    set_rate(bpy, facts["fps"], out.suffix.lower())
+    scene.frame_start, scene.frame_end = 0, len(matrices) - 1
+    armature, names = add_armature(bpy, facts["names"], facts["parents"], heads, tails)
+    bones = [armature.pose.bones[name] for name in names]
+    action = add_action(bpy, armature, facts["animation"])
+    rest = np.array([bone.bone.matrix_local for bone in bones])
+    matrices[..., :3, :3] = matrices[..., :3, :3] @ rest[:, :3, :3]
+    times = np.arange(len(matrices))
+    if is_fbx:  # which holds the current frame, here one before the first, for the rest pose of a skeleton without a mesh
+        matrices, times = np.concatenate([rest[None], matrices]), np.append(-1, times)
+        scene.unit_settings.scale_length = FBX_UNIT
+        armature.rotation_euler.x = np.pi / 2
+    else:
+        draw_bones(bpy, armature, names, heads, tails)
+    for index, parent in enumerate(facts["parents"]):
+        key_bone(armature, bones[index], times, matrices[:, index], matrices[:, parent] if parent >= 0 else None)
+    scene.frame_set(int(times[0]))
+    name_takes(bpy, armature, [action])
+    export(bpy, out, several=False, one_take=False)
+
+
+def add_armature(bpy: Any, names: list[str], parents: list[int], heads: np.ndarray, tails: np.ndarray) -> tuple[Any, list[str]]:
+    """Add an armature with bones from ``heads`` to ``tails`` (J, 3); return it and the names that Blender gave the bones."""
+    armature = bpy.data.objects.new(MADE_ARMATURE, bpy.data.armatures.new(MADE_ARMATURE))
+    bpy.context.scene.collection.objects.link(armature)
+    bpy.context.view_layer.objects.active = armature
+    bpy.ops.object.mode_set(mode="EDIT")
+    bones = []
+    for name, parent, head, tail in zip(names, parents, heads, tails, strict=True):
+        bone = armature.data.edit_bones.new(name)
+        bone.head, bone.tail = head, tail
+        bone.parent = bones[parent] if parent >= 0 else None
+        bones.append(bone)
+    given = [bone.name for bone in bones]
+    bpy.ops.object.mode_set(mode="OBJECT")
+    return armature, given
+
+
+def add_action(bpy: Any, armature: Any, name: str) -> Any:
+    """Give an armature an action without curves; return it."""
+    action = bpy.data.actions.new(name)
+    slot = action.slots.new("OBJECT", armature.name)
+    action.layers.new(name).strips.new(type="KEYFRAME").channelbag(slot, ensure=True)
+    animation = armature.animation_data_create()
+    animation.action, animation.action_slot = action, slot
+    return action
+
+
+def draw_bones(bpy: Any, armature: Any, names: list[str], heads: np.ndarray, tails: np.ndarray) -> None:
+    """Add a mesh of the bones, each drawn to a point at both ends: in a glTF only what carries a mesh is a skeleton."""
+    mesh = bpy.data.meshes.new("Bones")
+    points, faces = [], []
+    for bone, head, tail in zip((armature.data.bones[name] for name in names), heads, tails, strict=True):
+        axes = np.array(bone.matrix_local)[:3, :3] * bone.length  # columns; the second points to the tail
+        across = DRAWN_WIDTH * np.array([axes[:, 0], axes[:, 2], -axes[:, 0], -axes[:, 2]])
+        first = len(points)
+        points += [head, *(head + DRAWN_CORNERS_AT * axes[:, 1] + across), tail]
+        for one, other in ((1, 2), (2, 3), (3, 4), (4, 1)):
+            faces += [(first, first + one, first + other), (first + 5, first + other, first + one)]
+    mesh.from_pydata([point.tolist() for point in points], [], faces)
+    drawn = bpy.data.objects.new("Bones", mesh)
+    bpy.context.scene.collection.objects.link(drawn)
+    drawn.parent = armature
+    for index, name in enumerate(names):
+        drawn.vertex_groups.new(name=name).add(list(range(6 * index, 6 * index + 6)), 1.0, "REPLACE")
+    drawn.modifiers.new("Armature", "ARMATURE").object = armature
 
 
 def name_takes(bpy: Any, armature: Any, actions: list[Any]) -> None:
@@ -340,18 +425,22 @@ def limit_memory() -> None:
 
 
 def main(arguments: list[str]) -> int:
-    """Run one of the two commands; return the exit code."""
+    """Run one of the commands; return the exit code."""
+    if arguments == ["find"]:
+        return 0 if find_spec("bpy") else NO_BLENDER
     try:
         import bpy  # type: ignore[import-not-found]
     except ImportError:
         return NO_BLENDER
     limit_memory()
-    command, source, exchanged, figure, *out = arguments
+    command, *given = arguments
     try:
-        if command == "read":
-            read(bpy, Path(source), Path(exchanged), int(figure))
+        if command == "make":
+            make(bpy, Path(given[0]), Path(given[1]))
+        elif command == "read":
+            read(bpy, Path(given[0]), Path(given[1]), int(given[2]))
         else:
-            write(bpy, Path(source), Path(exchanged), int(figure), Path(out[0]))
+            write(bpy, Path(given[0]), Path(given[1]), int(given[2]), Path(given[3]))
     except SceneError as error:
         Path("error.txt").write_text(f"scene\n{error}", encoding="utf-8")
         return FAILED

@@ -1,36 +1,26 @@
 """FBX and glTF files through Blender: the motion of a figure in the terms of BVH, and a copy of the scene with another motion.
 
 Blender is GPL: it runs in a process of its own, in whichever Python has it, and exchanges files with this one
-(``datasets/formats/blender_process.py``). Its importers turn every file to metres and Z up, so a clip is in these.
+(``datasets/formats/blender_runner.py``). Its importers turn every file to metres and Z up, so a clip is in these.
 """
 
-import base64
 import json
 import os
-import shutil
-import subprocess
-import sys
 import tempfile
 from dataclasses import dataclass, replace
 from pathlib import Path
-from urllib.parse import unquote
 
 import numpy as np
 
-from configs.atomic_file import atomic_write
 from configs.errors import InputError
-from datasets.formats.blender_process import FAILED, NO_BLENDER
+from datasets.formats.blender_runner import hand_over, run_blender
 from datasets.formats.bvh import Bvh, Stated, bvh_from_pose, local_pose
 from datasets.motion.rotation import conjugate, multiply, rotate
 from datasets.motion.rotation_matrices import matrices_to_quaternions, quaternions_to_matrices
 from datasets.motion.skeleton import forward_kinematics
 
 SCENE_SUFFIXES = (".fbx", ".glb", ".gltf")
-PYTHON_VARIABLE = "ADAPT_MIMIC_BLENDER_PYTHON"  # path of a Python that has Blender, where this one has not
-BLENDER_VERSION = "5.0.1"
 MAX_BYTES = 512 * 2**20  # of a file: characters come with textures
-TIME_LIMIT_S = 600.0
-MAX_REASON = 200  # characters of what Blender says
 
 
 @dataclass(frozen=True)
@@ -105,14 +95,8 @@ def write_scene(path: Path, bvh: Bvh, source: Path) -> tuple[str, ...]:
     with tempfile.TemporaryDirectory(prefix="adapt-mimic-") as folder:
         poses, made = Path(folder) / "poses.npz", Path(folder) / f"scene{path.suffix.lower()}"
         np.savez(poses, matrices=matrices, changed=changed, fps=1.0 / bvh.frame_time)
-        _run_blender(["write", source.resolve(), poses, figure or 0, made], source, Path(folder))
-        if made.suffix == ".gltf":
-            _embed_buffers(made)
-        try:
-            with atomic_write(path) as temporary:
-                shutil.copyfile(made, temporary)
-        except OSError as error:
-            raise InputError(f"{path}: cannot be written ({error.strerror}); give a file in a writable folder") from error
+        run_blender(["write", source.resolve(), poses, figure or 0, made], source, Path(folder))
+        hand_over(made, path)
     return ("The file was written by Blender: Y up; an FBX in centimetres, a glTF in metres; materials as far as the format has them.",)
 
 
@@ -199,7 +183,7 @@ def _read_poses(path: Path, figure: int | None) -> ArmaturePoses:
     _check_size(path)
     with tempfile.TemporaryDirectory(prefix="adapt-mimic-") as folder:
         result = Path(folder) / "poses.npz"
-        _run_blender(["read", path.resolve(), result, figure or 0], path, Path(folder))
+        run_blender(["read", path.resolve(), result, figure or 0], path, Path(folder))
         with np.load(result, allow_pickle=False) as told:
             facts = json.loads(str(told["facts"]))
             rest, poses, places = (told[name].astype(float) for name in ("rest", "poses", "places"))
@@ -219,56 +203,3 @@ def _check_size(path: Path) -> None:
         raise InputError(f"{path}: cannot be read ({error.strerror}); an FBX or glTF file is expected") from error
     if not 0 < size <= MAX_BYTES:
         raise InputError(f"{path}: {size} bytes long; a scene has at least one and at most {MAX_BYTES}; export the skeleton alone")
-
-
-def _run_blender(arguments: list[object], source: Path, folder: Path) -> None:
-    """Run the script in a process of its own that works in ``folder``.
-
-    Raises:
-        InputError: If Blender is not installed, fails, or does not end in time.
-    """
-    python = os.environ.get(PYTHON_VARIABLE) or sys.executable
-    script = Path(__file__).with_name("blender_process.py")
-    places = dict.fromkeys(("TMPDIR", "TEMP", "TMP", "BLENDER_USER_RESOURCES"), str(folder))  # no settings of the user's, no traces
-    try:
-        code = subprocess.run(
-            [python, "-I", "-B", str(script), *map(str, arguments)],
-            cwd=folder,
-            env=os.environ | places,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            timeout=TIME_LIMIT_S,
-            check=False,
-        ).returncode
-    except subprocess.TimeoutExpired as error:
-        raise InputError(f"{source}: Blender took more than {TIME_LIMIT_S:g} s; export a shorter clip, or the skeleton alone") from error
-    except OSError as error:
-        raise InputError(
-            f"{PYTHON_VARIABLE} is {python}, which does not start ({error.strerror}); it should be a Python with bpy"
-        ) from error
-    if code == NO_BLENDER:
-        raise InputError(
-            f"{source}: FBX and glTF are read by Blender, which {python} has not: 'pip install bpy=={BLENDER_VERSION}' in an environment "
-            f"of its own with Python 3.11, and set {PYTHON_VARIABLE} to that environment's python"
-        )
-    if code:
-        raise InputError(f"{source}: {_reason(folder) if code == FAILED else 'Blender broke down on it; export it anew'}")
-
-
-def _reason(folder: Path) -> str:
-    """Return why the script failed, in one line of printable characters."""
-    fault, _, said = (folder / "error.txt").read_text(encoding="utf-8", errors="replace").partition("\n")
-    line = "".join(letter if letter.isprintable() else " " for letter in said)[:MAX_REASON]
-    return line if fault == "scene" else f"Blender cannot work with it ({line}); open it in Blender to see, and export it anew"
-
-
-def _embed_buffers(path: Path) -> None:
-    """Put the buffers and pictures that lie beside a glTF file into it."""
-    scene = json.loads(path.read_text(encoding="utf-8"))
-    for part in (*scene.get("buffers", []), *scene.get("images", [])):
-        if "uri" in part and not part["uri"].startswith("data:"):
-            kind = part.get("mimeType", "application/octet-stream")
-            contents = base64.b64encode((path.parent / unquote(part["uri"])).read_bytes()).decode("ascii")
-            part["uri"] = f"data:{kind};base64,{contents}"
-    path.write_text(json.dumps(scene), encoding="utf-8")

@@ -145,6 +145,12 @@ def write_bvh(path: str | os.PathLike[str], bvh: Bvh) -> None:
         raise InputError(f"{path}: cannot be written ({error.strerror}); give a file in a writable folder") from error
 
 
+def frame_rate(frame_time: float) -> float:
+    """Return the frame rate [1/s] of a rounded frame time [s]: 0.0083333 s are 120 frames per second."""
+    fps = 1.0 / frame_time
+    return float(round(fps)) if abs(fps - round(fps)) < 1e-2 else fps
+
+
 def depth_first(parents: tuple[int, ...]) -> list[int]:
     """Return joints in the order of a BVH, each followed by all below it; joints that no root carries are left out.
 

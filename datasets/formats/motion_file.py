@@ -6,8 +6,10 @@ from pathlib import Path
 
 from configs.errors import InputError
 from datasets.formats.asf_amc import read_asf_amc, skeletons_beside
+from datasets.formats.blender_runner import check_blender
 from datasets.formats.blender_scene import SCENE_SUFFIXES, read_scene, write_scene
 from datasets.formats.bvh import Bvh, read_bvh, write_bvh
+from datasets.formats.made_scene import make_scene
 from datasets.formats.mvnx import read_mvnx_as_bvh
 from datasets.formats.mvnx_writer import write_mvnx
 
@@ -22,10 +24,18 @@ def _write_bvh(path: Path, bvh: Bvh, _: Path) -> tuple[str, ...]:
     return ()
 
 
+def _write_scene(path: Path, bvh: Bvh, source: Path) -> tuple[str, ...]:
+    return write_scene(path, bvh, source) if _is_scene(source) else make_scene(path, bvh)
+
+
+def _is_scene(path: Path) -> bool:
+    return path.suffix.lower() in SCENE_SUFFIXES
+
+
 _WRITERS: dict[str, Callable[[Path, Bvh, Path], tuple[str, ...]]] = {
     BVH_SUFFIX: _write_bvh,
     MVNX_SUFFIX: write_mvnx,
-    **dict.fromkeys(SCENE_SUFFIXES, write_scene),
+    **dict.fromkeys(SCENE_SUFFIXES, _write_scene),
 }
 
 
@@ -42,8 +52,8 @@ def files_beside(path: Path) -> list[Path]:
 def can_write(path: Path, source: Path) -> bool:
     """Return whether a file with the suffix of ``path`` can be written of a clip that was read from ``source``.
 
-    Every clip can be written as BVH; other formats hold more than a clip, and are written only as copies of a file of the same format, or
-    scenes of another scene.
+    Every clip can be written as BVH, and as FBX or glTF: as a copy of the recorded scene, or as one that is made. MVNX is only written as a
+    copy of a recorded MVNX.
     """
     return path.suffix.lower() in writable_suffixes(source)
 
@@ -51,9 +61,26 @@ def can_write(path: Path, source: Path) -> bool:
 def writable_suffixes(source: Path) -> list[str]:
     """Return the suffixes of the formats in which a clip from ``source`` can be written, its own first where that is one."""
     own = source.suffix.lower()
+    every = (BVH_SUFFIX, *SCENE_SUFFIXES)
     if own in SCENE_SUFFIXES:
-        return [own, *(suffix for suffix in SCENE_SUFFIXES if suffix != own), BVH_SUFFIX]
-    return [*([own] if own in _WRITERS and own != BVH_SUFFIX else []), BVH_SUFFIX]
+        every = (*SCENE_SUFFIXES, BVH_SUFFIX)
+    return list(dict.fromkeys([*([own] if own in _WRITERS else []), *every]))
+
+
+def suffixes_in_words(source: Path) -> str:
+    """Return the suffixes of ``writable_suffixes``, as ".bvh, .fbx, .glb or .gltf"."""
+    suffixes = writable_suffixes(source)
+    return f"{', '.join(suffixes[:-1])} or {suffixes[-1]}"
+
+
+def check_writer(path: Path, source: Path) -> None:
+    """Check before the work that what writes a format is installed: Blender, where a scene is made of a clip that came as none.
+
+    Raises:
+        InputError: If it is not; says how to install it.
+    """
+    if _is_scene(path) and not _is_scene(source):
+        check_blender(path)
 
 
 def read_motion_file(
@@ -100,5 +127,5 @@ def write_motion_file(path: str | os.PathLike[str], bvh: Bvh, source: str | os.P
     """
     path, source = Path(path), Path(source)
     if not can_write(path, source):
-        raise InputError(f"{path}: {source.name} can only be written as {' or '.join(writable_suffixes(source))}; give a name that ends so")
+        raise InputError(f"{path}: {source.name} can only be written as {suffixes_in_words(source)}; give a name that ends so")
     return _WRITERS[path.suffix.lower()](path, bvh, source)

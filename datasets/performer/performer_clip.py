@@ -11,7 +11,7 @@ from configs.errors import InputError
 from datasets.damage.damage import ROOT_JUMP, Damage, damage_after, damage_notices, looks_at_rest, mend_damage
 from datasets.damage.local_tracks import LocalTracks
 from datasets.damage.root_jumps import NO_JUMPS, RootJumps, find_root_jumps, jump_notice
-from datasets.formats.bvh import POSITION_CHANNELS, Bvh, local_pose
+from datasets.formats.bvh import POSITION_CHANNELS, Bvh, frame_rate, local_pose
 from datasets.formats.motion_file import read_motion_file
 from datasets.joints.joint_tree import JointMap
 from datasets.joints.mapping_draft import JointMapError
@@ -116,7 +116,7 @@ def performer_clip_from_bvh(bvh: Bvh, name: str, reading: ReadingOptions | None 
     """Return the clip of a BVH in metres and Z up; arguments and errors are those of ``load_performer_clip``."""
     reading = reading or ReadingOptions()
     tree, tips, tracks, leg = _recorded_tracks(bvh, reading)
-    joint_map, fps = tree.joint_map, reading.fps or _rate(bvh.frame_time)
+    joint_map, fps = tree.joint_map, reading.fps or frame_rate(bvh.frame_time)
     tracks, damage = mend_damage(tracks, tree.names, joint_map, fps)
     dropped = _leading_frames(tracks, joint_map, fps)
     damage = damage_after(damage, dropped)
@@ -233,12 +233,6 @@ def _check_bones(names: tuple[str, ...], positions: np.ndarray, roles: JointMap,
                 f"joints '{names[roles[a]]}' and '{names[roles[b]]}', taken for {a} and {b}, are at the same place{where}; "
                 f"{'cut such frames out, or ' if where else ''}name the right joints in a mapping file"
             )
-
-
-def _rate(frame_time: float) -> float:
-    """Return the frame rate [1/s] of a rounded frame time [s]: 0.0083333 s are 120 frames per second."""
-    fps = 1.0 / frame_time
-    return float(round(fps)) if abs(fps - round(fps)) < 1e-2 else fps
 
 
 def _feet_to_head(positions: np.ndarray, joint_map: JointMap) -> float:

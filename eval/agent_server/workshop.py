@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from configs.errors import InputError
-from datasets.formats.motion_file import can_write, writable_suffixes, write_motion_file
+from datasets.formats.motion_file import can_write, check_writer, suffixes_in_words, writable_suffixes, write_motion_file
 from datasets.performer.performer_clip import read_performer_file
 from eval.agent_server.output_journal import OutputJournal
 from eval.clean.edits import EditError, Edits
@@ -96,7 +96,8 @@ class Workshop:
         source, target, wanted = Path(path), Path(out), _edits(edits)
         wanted = replace(wanted, quality=quality or wanted.quality, without=tuple(dict.fromkeys([*wanted.without, *without])))
         if not can_write(target, source):
-            raise InputError(f"out {out} should end in {' or '.join(writable_suffixes(source))}")
+            raise InputError(f"out {out} should end in {suffixes_in_words(source)}")
+        check_writer(target, source)
         check_writable(target.parent, "out")
         with self._journal.writing(target):
             session = self._session(source, wanted)

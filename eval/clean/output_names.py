@@ -4,7 +4,14 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from configs.errors import InputError
-from datasets.formats.motion_file import FORMATS_IN_WORDS, can_write, is_motion_file, writable_suffixes
+from datasets.formats.motion_file import (
+    FORMATS_IN_WORDS,
+    can_write,
+    check_writer,
+    is_motion_file,
+    suffixes_in_words,
+    writable_suffixes,
+)
 from datasets.library.sources import find_readable_files
 
 
@@ -24,11 +31,12 @@ def pair_inputs_with_outputs(source: Path, target: Path) -> Iterator[tuple[Path,
     if not is_motion_file(source):
         raise InputError(f"{source}: no {FORMATS_IN_WORDS} file; a clip to clean is one")
     if target.is_dir() or not can_write(target, source):
-        suffixes = writable_suffixes(source)
-        what = "a folder" if target.is_dir() else f"no {' or '.join(suffixes)} file"
-        raise InputError(f"--out {target} is {what}, should be a file's name such as {target / source.with_suffix(suffixes[0]).name}")
+        what = "a folder" if target.is_dir() else f"no {suffixes_in_words(source)} file"
+        example = target / source.with_suffix(writable_suffixes(source)[0]).name
+        raise InputError(f"--out {target} is {what}, should be a file's name such as {example}")
     if target.resolve() == source.resolve():
         raise InputError(f"--out {target} is the clip itself, should be another file's name")
+    check_writer(target, source)
     yield source, target
 
 

@@ -156,10 +156,14 @@ class CleaningSession:
         return replace(told, notices=(*self.notices, *told.notices), read_as=self.read_as, damage=self.performer.damage)
 
     def write(self, result: CleaningResult) -> Bvh:
-        """Return the file to write for a result of ``solve``: the recorded one with the channel values of the cleaned clip."""
+        """Return the file to write for a result of ``solve``: the recorded one with the channel values of the cleaned clip.
+
+        Unit and up axis that it was read with are stated, for formats that have their own.
+        """
         if result.output is None:
             raise ValueError(f"{result.name}: a result without the clip on the performer's skeleton")
         written = to_performer_bvh(self.bvh, self.performer, result.output)
+        written = replace(written, stated=replace(written.stated, unit=self.performer.unit, up_axis=self.performer.up_axis))
         return to_zero_ground(written, self._placed(result.ground_m).retargeted) if self.performer.reading.zero_ground else written
 
     def _placed(self, ground_m: float) -> PlacedRecording:

@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 
 import viser
 
+from datasets.formats.motion_file import check_writer
 from eval.clean.edits_file import edits_path
 from eval.clean.report import write_clip_report
 from eval.pages.output_files import reporting_write_errors
@@ -85,9 +86,11 @@ class SavePanel:
 
     def _download(self, project: Project) -> str:
         """Send the clean clip to the browser."""
+        name = cleaned_path(project.path, self._suffix).name
+        check_writer(Path(name), project.path)
         result = project.solve_wholly()
         with TemporaryDirectory(prefix="adapt-mimic-") as folder:
-            out = Path(folder) / cleaned_path(project.path, self._suffix).name
+            out = Path(folder) / name
             notes = project.write(result, out)
             self._client.send_file_download(out.name, out.read_bytes(), save_immediately=True)
         return " ".join([f"{out.name} was downloaded.", *notes])
@@ -95,6 +98,7 @@ class SavePanel:
     def _save(self, project: Project) -> str:
         """Write the clean clip beside the recording."""
         out = cleaned_path(project.path, self._suffix)
+        check_writer(out, project.path)
         with reporting_write_errors(out):
             notes = project.write(project.solve_wholly(), out)
         return " ".join([f"Saved: {out}", *notes])

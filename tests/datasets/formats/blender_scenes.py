@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from datasets.formats.blender_scene import PYTHON_VARIABLE
+from datasets.formats.blender_runner import PYTHON_VARIABLE
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_NAMES, SKELETON
 from datasets.motion.kinematics import body_poses

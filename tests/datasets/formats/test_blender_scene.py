@@ -13,9 +13,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from configs.errors import InputError
-from datasets.formats import blender_scene
+from datasets.formats import blender_runner, blender_scene
 from datasets.formats.blender_process import MAX_KEY_FPS, SceneError, sampled_frames
-from datasets.formats.blender_scene import PYTHON_VARIABLE, ArmaturePoses, new_poses, read_scene, to_bvh, write_scene
+from datasets.formats.blender_runner import PYTHON_VARIABLE
+from datasets.formats.blender_scene import ArmaturePoses, new_poses, read_scene, to_bvh, write_scene
 from datasets.formats.bvh import Bvh, channel_values, local_pose, read_bvh, write_bvh
 from datasets.motion.humanoid import BODY_NAMES
 from datasets.motion.kinematics import body_poses
@@ -161,7 +162,7 @@ def test_whatever_goes_wrong_is_told_in_one_line(
     does: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     file = stand_in(tmp_path, monkeypatch, does)
-    monkeypatch.setattr(blender_scene, "TIME_LIMIT_S", 0.5)
+    monkeypatch.setattr(blender_runner, "TIME_LIMIT_S", 0.5)
     with pytest.raises(InputError, match=told) as caught:
         read_scene(file)
     assert str(caught.value).startswith(str(file))

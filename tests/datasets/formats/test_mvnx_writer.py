@@ -9,7 +9,7 @@ import pytest
 
 from configs.errors import InputError
 from datasets.formats.bvh import local_pose, read_bvh
-from datasets.formats.motion_file import can_write, read_motion_file, write_motion_file
+from datasets.formats.motion_file import can_write, read_motion_file, writable_suffixes, write_motion_file
 from datasets.formats.mvnx import read_mvnx
 from datasets.motion.skeleton import forward_kinematics
 from tests.datasets.formats.mvnx_files import QUARTER, SEGMENTS, THREE, mvnx_frame, mvnx_text, write_mvnx_file
@@ -125,10 +125,16 @@ def test_what_can_be_written_of_what(tmp_path: Path) -> None:
         ("a.mvnx", "b.bvh"): False,
         ("a.amc", "b.amc"): False,
         ("a", "b.bvh"): False,
+        ("a.fbx", "b.bvh"): True,
+        ("a.GLB", "b.amc"): True,
+        ("a.gltf", "b.mvnx"): True,
+        ("a.mvnx", "b.fbx"): False,
     }
     assert {names: can_write(Path(names[0]), Path(names[1])) for names in wanted} == wanted
-    with pytest.raises(InputError, match=r"out.fbx: clip.mvnx can only be written as .mvnx or .bvh"):
-        write_motion_file(tmp_path / "out.fbx", bvh, file)
+    suffixes = {"b.bvh": ".bvh .fbx .glb .gltf", "b.amc": ".bvh .fbx .glb .gltf", "b.glb": ".glb .fbx .gltf .bvh"}
+    assert {name: " ".join(writable_suffixes(Path(name))) for name in suffixes} == suffixes
+    with pytest.raises(InputError, match=r"out.amc: clip.mvnx can only be written as .mvnx, .bvh, .fbx, .glb or .gltf"):
+        write_motion_file(tmp_path / "out.amc", bvh, file)
     with pytest.raises(InputError, match="holds other segments or frames than when it was read"):
         write_motion_file(tmp_path / "out.mvnx", replace(bvh, values=bvh.values[:2]), file)
     file.write_bytes(mvnx_text(THREE).replace('version="1.0"', 'version="1.0" encoding="UTF-16"').encode("utf-16"))

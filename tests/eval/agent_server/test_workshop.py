@@ -37,7 +37,7 @@ def test_a_recording_is_described(workshop: Workshop, clip: str) -> None:
     assert told["read_as"].startswith("read as: Y up, cm, 30 fps")
     assert (told["frames"], told["fps"], told["start_s"]) == (60, 30.0, 0.0)
     assert told["joints"]["thigh_l"] == "LeftUpLeg"
-    assert told["writable_as"] == [".bvh"]
+    assert told["writable_as"] == [".bvh", ".fbx", ".glb", ".gltf"]
     assert "m, 30 fps" in workshop.describe(clip, {"reading": {"unit": 1.0}})["read_as"]
 
 
@@ -88,7 +88,7 @@ def test_mistakes_are_told_in_a_line_and_nothing_is_written(workshop: Workshop, 
         ((clip, out, None, ["root"]), "a stage in 'without' is 'root'"),
         ((clip, out, None, [], {"contact": []}), "edits: the file: unknown key 'contact', did you mean 'contacts'?"),
         ((clip, out, None, [], {"contacts": [{"foot": "left", "start_s": 5, "stop_s": 6, "stands": True}]}), "should be within the clip"),
-        ((clip, str(tmp_path / "out.fbx")), "should end in .bvh"),
+        ((clip, str(tmp_path / "out.mvnx")), "should end in .bvh, .fbx, .glb or .gltf"),
         ((str(tmp_path / "none.bvh"), out), "none.bvh"),
         ((str(tmp_path / "broken.bvh"), out), "broken.bvh"),
     )

@@ -1,16 +1,20 @@
-"""``eval.clean`` and ``datasets.describe`` of FBX and glTF files, with and without Blender."""
+"""``eval.clean`` and ``datasets.describe`` of FBX and glTF files, and FBX and glTF files of a BVH, with and without Blender."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from datasets.describe import cli as describe
-from datasets.formats.blender_scene import PYTHON_VARIABLE, read_scene
-from datasets.formats.bvh import read_bvh
+from datasets.formats.blender_runner import PYTHON_VARIABLE
+from datasets.formats.blender_scene import read_scene
+from datasets.formats.bvh import local_pose, read_bvh, write_bvh
+from datasets.motion.skeleton import forward_kinematics
 from eval.clean import cli as clean
-from tests.builders import lively
+from eval.clean.pipeline import CleaningPipeline
+from tests.builders import as_bvh, lively
 from tests.datasets.formats.blender_scenes import FINGER, build, inspect, needs_blender
 from tests.eval.clean.clean_parts import saved, shrink_search
 
@@ -33,6 +37,43 @@ def test_without_blender_a_line_says_how_to_install_it(
         assert (code, len(told)) == (2, 1)
         assert "pip install bpy==" in told[0]
     assert not out.exists()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows does not run scripts by their first line")
+def test_without_blender_a_bvh_is_not_even_cleaned_to_be_written_as_fbx(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "python").write_text(f"#!{sys.executable}\nimport sys\nsys.exit(3)\n")
+    (tmp_path / "python").chmod(0o755)
+    monkeypatch.setenv(PYTHON_VARIABLE, str(tmp_path / "python"))
+    write_bvh(tmp_path / "walk.bvh", as_bvh(lively(standing=10, moving=10)))
+    monkeypatch.setattr(CleaningPipeline, "clean", None)
+    out = tmp_path / "clean.fbx"
+    out.write_bytes(b"older")
+    assert clean.main([str(tmp_path / "walk.bvh"), "--out", str(out), "--policy", str(saved(tmp_path)), "--threads", "1"]) == 2
+    (told,) = capsys.readouterr().err.splitlines()
+    assert told.startswith(f"error: {out}: FBX and glTF are read and written by Blender")
+    assert "pip install bpy==" in told
+    assert out.read_bytes() == b"older"
+
+
+@needs_blender
+@pytest.mark.parametrize("suffix", [".fbx", ".glb", ".gltf"])
+def test_a_bvh_is_cleaned_to_fbx_and_gltf(
+    suffix: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shrink_search(monkeypatch)
+    write_bvh(tmp_path / "walk.bvh", as_bvh(replace(lively(standing=40, moving=20), fps=100 / 1.001)))
+    arguments = ["--policy", str(saved(tmp_path)), "--threads", "1", "--without", "restore"]
+    for out in (tmp_path / "clean.bvh", tmp_path / f"clean{suffix}"):
+        assert clean.main([str(tmp_path / "walk.bvh"), "--out", str(out), *arguments]) == 0, capsys.readouterr().err
+    assert "The file was made by Blender" in capsys.readouterr().out
+    expected, made = read_bvh(tmp_path / "clean.bvh"), read_scene(tmp_path / f"clean{suffix}")
+    assert (made.names, made.parents, made.notices) == (expected.names, expected.parents, ())
+    assert 1.0 / made.frame_time == pytest.approx(100 / 1.001, rel=1e-6)
+    (places, _), (found, _) = (forward_kinematics(one.parents, *local_pose(one)) for one in (expected, made))
+    upright = 0.01 * np.stack([places[..., 0], -places[..., 2], places[..., 1]], axis=-1)  # the file is in centimetres and Y up
+    np.testing.assert_allclose(found, upright, atol=1e-4)
 
 
 @needs_blender

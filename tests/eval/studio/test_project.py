@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from configs.errors import InputError
+from datasets.formats.blender_scene import read_scene
 from datasets.performer.performer_clip import read_performer_file
 from datasets.performer.reading_options import ReadingOptions
 from eval.clean.cli import main
@@ -15,6 +16,7 @@ from eval.clean.edits_file import edits_path, read_edits
 from eval.clean.pipeline import CleaningPipeline
 from eval.studio.state.batch import Batch
 from eval.studio.state.workspace import Workspace
+from tests.datasets.formats.blender_scenes import needs_blender
 from tests.eval.clean.clean_parts import saved, shrink_search
 from tests.eval.studio.studio_parts import FRAMES, small_pipeline, workspace, write_clip
 
@@ -39,6 +41,17 @@ def test_a_clip_is_solved_as_it_is_opened_and_after_every_edit(tmp_path: Path) -
         assert told == sorted(told)
         assert len(told) >= 2  # when it began, and when it was solved
         stop()
+
+
+@needs_blender
+def test_a_bvh_is_saved_as_a_scene(tmp_path: Path) -> None:
+    clip = write_clip(tmp_path)
+    with workspace(clip, tmp_path / "kept") as opened:
+        project = opened.open(clip)
+        assert project.suffixes() == [".bvh", ".fbx", ".glb", ".gltf"]
+        (told,) = project.write(project.solve_wholly(), tmp_path / "sway_clean.glb")
+    assert "made by Blender" in told
+    assert len(read_scene(tmp_path / "sway_clean.glb").values) == FRAMES
 
 
 def test_edits_are_kept_in_their_file_and_undone(tmp_path: Path) -> None:
