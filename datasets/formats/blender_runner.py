@@ -29,7 +29,9 @@ def check_blender(file: Path) -> None:
         run_blender(["find"], file, Path(folder))
 
 
-def run_blender(arguments: list[object], file: Path, folder: Path, advice: str = "open it in Blender to see, and export it anew") -> None:
+def run_blender(
+    arguments: list[object], file: Path, folder: Path, advice: str = "open it in Blender to see, and export it anew", more_s: float = 0.0
+) -> None:
     """Run the script in a process of its own.
 
     Args:
@@ -37,11 +39,12 @@ def run_blender(arguments: list[object], file: Path, folder: Path, advice: str =
         file: File that is read or made, which errors name.
         folder: Working directory, for files of Blender's.
         advice: What to do if Blender fails.
+        more_s: Time that it may take beyond the usual limit [s].
 
     Raises:
         InputError: If Blender is not installed, fails, or does not end in time.
     """
-    python = os.environ.get(PYTHON_VARIABLE) or sys.executable
+    python, limit_s = os.environ.get(PYTHON_VARIABLE) or sys.executable, TIME_LIMIT_S + more_s
     script = Path(__file__).with_name("blender_process.py")
     places = dict.fromkeys(("TMPDIR", "TEMP", "TMP", "BLENDER_USER_RESOURCES"), str(folder))  # no settings of the user's, no traces
     try:
@@ -52,11 +55,11 @@ def run_blender(arguments: list[object], file: Path, folder: Path, advice: str =
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
-            timeout=TIME_LIMIT_S,
+            timeout=limit_s,
             check=False,
         ).returncode
     except subprocess.TimeoutExpired as error:
-        raise InputError(f"{file}: Blender took more than {TIME_LIMIT_S:g} s; take a shorter clip, or the skeleton alone") from error
+        raise InputError(f"{file}: Blender took more than {limit_s:g} s; take a shorter clip, or the skeleton alone") from error
     except OSError as error:
         raise InputError(
             f"{PYTHON_VARIABLE} is {python}, which does not start ({error.strerror}); it should be a Python with bpy"

@@ -13,6 +13,7 @@ from datasets.motion.skeleton import forward_kinematics
 
 MIN_BONE_M, STUB_M = 0.005, 0.05  # m, the shortest bone that shows where it points, and the length of one that ends nowhere
 FBX_UNIT_M = 0.01  # m
+MAX_S_PER_POSE = 5e-4  # s for a joint in a frame; of a glTF measured 2e-4 on a busy core, of an FBX less than half
 MAX_NAME = 63  # bytes, of a bone's name in Blender
 # Up in the file -> matrix to Y up, about one axis, so that a file with Y up stands as it did
 TO_Y_UP: dict[str, np.ndarray] = {
@@ -53,7 +54,7 @@ def make_scene(path: Path, bvh: Bvh) -> tuple[str, ...]:
     with tempfile.TemporaryDirectory(prefix="adapt-mimic-") as folder:
         poses, made = Path(folder) / "poses.npz", Path(folder) / f"scene{path.suffix.lower()}"
         np.savez(poses, facts=json.dumps(facts), **bones)
-        run_blender(["make", poses, made], path, Path(folder), "write a BVH instead")
+        run_blender(["make", poses, made], path, Path(folder), "write a BVH instead", MAX_S_PER_POSE * bones["matrices"][..., 0, 0].size)
         hand_over(made, path)
     held = "an FBX in centimetres" if is_fbx else "a glTF in metres, with the bones as a mesh"
     shortened = " Names of joints longer than 63 bytes were shortened." if any(len(name.encode()) > MAX_NAME for name in bvh.names) else ""

@@ -116,7 +116,7 @@ def write_motion_file(path: str | os.PathLike[str], bvh: Bvh, source: str | os.P
 
     Args:
         path: File to write.
-        bvh: Clip.
+        bvh: Clip; for an FBX or glTF of another format with its unit and up axis stated, as ``CleaningSession.write`` states them.
         source: File that the clip was read from, which gives what ``bvh`` does not hold.
 
     Returns:

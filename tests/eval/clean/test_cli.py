@@ -213,7 +213,7 @@ def test_amc_and_mvnx_are_cleaned_beside_bvh(policy: Path, tmp_path: Path, capsy
     assert "read as: Y up, CMU, 120 fps" in said
     assert "AMC files do not say their frame rate; 120 fps was taken" in said
     assert read_bvh(tmp_path / "out.bvh").values.shape == (60, 6 + 3 * len(PERSON))
-    assert "out.amc is no .bvh file" in refused(capsys, folder / "05_12.amc", "--out", tmp_path / "out.amc", *end)
+    assert "out.amc is no .bvh, .fbx, .glb or .gltf file" in refused(capsys, folder / "05_12.amc", "--out", tmp_path / "out.amc", *end)
     assert run(folder / "clip.mvnx", "--out", tmp_path / "out.mvnx", *end) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "read as: Z up, m, 50 fps, facing +Y" in said
@@ -271,7 +271,7 @@ def test_what_cannot_be_done_is_told_in_a_line(policy: Path, tmp_path: Path, cap
         (refused(capsys, clip, "--out", folder, *end), f"is a folder, should be a file's name such as {folder / 'in.bvh'}"),
         (
             refused(capsys, clip, "--out", folder / "new", *end),
-            f"is no .bvh file, should be a file's name such as {folder}/new/in.bvh",
+            f"is no .bvh, .fbx, .glb or .gltf file, should be a file's name such as {folder}/new/in.bvh",
         ),
         (refused(capsys, clip, "--out", clip, *end), "is the clip itself"),
         (refused(capsys, clip, "--out", folder / ".." / "in.bvh", *end), "is the clip itself"),
