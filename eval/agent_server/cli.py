@@ -9,6 +9,8 @@ from configs.exit_codes import run_command
 from configs.process_pool import available_cores
 from eval.agent_server.workshop import Workshop
 
+SDK_PACKAGES = ("anyio", "mcp", "mcp_types")  # that the extra installs and the server imports
+
 
 def main(arguments: list[str] | None = None, prog: str = "python -m eval.agent_server") -> int:
     """Run the command line; return the exit code."""
@@ -27,7 +29,7 @@ def _run(options: argparse.Namespace) -> None:
     try:
         from eval.agent_server.server import make_server
     except ModuleNotFoundError as error:
-        if (error.name or "").split(".")[0] not in ("mcp", "mcp_types"):
+        if (error.name or "").split(".")[0] not in SDK_PACKAGES:
             raise
         raise InputError("the MCP server needs the package mcp, which is not installed; pip install 'adapt-mimic[mcp]'") from None
     torch.set_num_threads(options.threads)

@@ -66,9 +66,10 @@ def test_progress_is_told(tmp_path: Path) -> None:
     assert "holding feet" in told
 
 
-def test_a_missing_package_is_told_in_a_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("package", ["anyio", "mcp", "mcp_types"])
+def test_a_missing_package_is_told_in_a_line(package: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.delitem(sys.modules, "eval.agent_server.server")
-    for name in [name for name in sys.modules if name.split(".")[0] in ("mcp", "mcp_types")]:
+    for name in [name for name in sys.modules if name.split(".")[0] == package]:
         monkeypatch.setitem(sys.modules, name, None)
     assert console_command.main(["mcp"]) == 2
     assert (
