@@ -79,6 +79,23 @@ def restore_poses(model: RestoreModel, clip: BodyMotion, seen: np.ndarray | None
     varying = _fade(predicted.varying, rows[:, every] // PATCH_FRAMES, mask[:, every], (frames - 1) // PATCH_FRAMES + 1)
     correction = _at_frames((constant + varying).double().numpy(), STEP_RATE_HZ, clip)
 
+    return Restoration(
+        correct_clip(clip, correction),
+        constant.double().numpy(),
+        variance.sqrt().double().numpy(),
+        _at_frames(_fade(torch.sigmoid(predicted.contacts), rows, mask, frames).double().numpy(), RESTORE_RATE_HZ, clip),
+        _at_frames(_fade(predicted.root, rows, mask, frames).double().numpy(), RESTORE_RATE_HZ, clip),
+    )
+
+
+def correct_clip(clip: BodyMotion, correction: np.ndarray) -> BodyMotion:
+    """Return a clip whose bodies are turned: those below a turned one stay as they are in the world, knees and elbows stay hinges.
+
+    Args:
+        clip: Clip of T frames.
+        correction: Rotation vectors by which each body is turned in its own frame [rad], shape (T, 20, 3).
+    """
+
     def corrected(part: slice) -> tuple[np.ndarray, ...]:
         turned = torch.from_numpy(body_poses(clip.cut(part.start, part.stop))[1])
         world = correct_rotations(turned, torch.from_numpy(correction[part])).numpy()
@@ -86,13 +103,7 @@ def restore_poses(model: RestoreModel, clip: BodyMotion, seen: np.ndarray | None
         local[:, 1:] = multiply(conjugate(world[:, _PARENTS]), world[:, 1:])
         return (normalise(local),)
 
-    return Restoration(
-        replace(clip, local_rotations=by_blocks(corrected, len(clip))[0]),
-        constant.double().numpy(),
-        variance.sqrt().double().numpy(),
-        _at_frames(_fade(torch.sigmoid(predicted.contacts), rows, mask, frames).double().numpy(), RESTORE_RATE_HZ, clip),
-        _at_frames(_fade(predicted.root, rows, mask, frames).double().numpy(), RESTORE_RATE_HZ, clip),
-    )
+    return replace(clip, local_rotations=by_blocks(corrected, len(clip))[0])
 
 
 def _predict(model: RestoreModel, rotations: torch.Tensor, mask: torch.Tensor) -> RestorePrediction:

@@ -7,22 +7,18 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-import torch
 
-from agents.restore.kinematics import correct_rotations
+from agents.restore.restore import correct_clip
 from datasets.motion.clip import BodyMotion, Motion
 from datasets.motion.curves import smooth_step
-from datasets.motion.frame_blocks import by_blocks
 from datasets.motion.frame_spans import true_spans
-from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES, SKELETON
-from datasets.motion.kinematics import body_poses
-from datasets.motion.rotation import conjugate, multiply, normalise
+from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES
+from datasets.motion.rotation import normalise
 from eval.clean.edits import FEET, ContactEdit, MisalignmentEdit, SpanEdit
 
 UNSAID, LIFTED, STANDS = -1, 0, 1  # what a person said of a foot in a frame
 KEEP_FADE_S = 0.25  # s, before and after a kept span, over which the cleaned clip goes over into the recorded one
 SAME_TIME_S = 1e-6  # s, by which a frame may miss the start or the stop of a span
-_PARENTS = list(SKELETON.parents[1:])
 
 
 def frames_in_span(start_s: float, stop_s: float, frames: int, fps: float, first_s: float = 0.0) -> slice:
@@ -121,13 +117,4 @@ def correct_misalignments(motion: BodyMotion, edits: Sequence[MisalignmentEdit])
     vectors = np.zeros((BODY_COUNT, 3))
     for edit in edits:
         vectors[BODY_NAMES.index(edit.body)] = -np.radians(edit.degrees)
-    correction = torch.from_numpy(vectors)
-
-    def block(part: slice) -> tuple[np.ndarray, ...]:
-        turned = torch.from_numpy(body_poses(motion.cut(part.start, part.stop))[1].copy())
-        world = correct_rotations(turned, correction.expand(*turned.shape[:-1], 3)).numpy()
-        local = world.copy()
-        local[:, 1:] = multiply(conjugate(world[:, _PARENTS]), world[:, 1:])
-        return (normalise(local),)
-
-    return replace(motion, local_rotations=by_blocks(block, len(motion))[0])
+    return correct_clip(motion, np.broadcast_to(vectors, (len(motion), BODY_COUNT, 3)).copy())
