@@ -68,6 +68,16 @@ def test_the_top_of_a_jump_is_no_contact() -> None:
     assert contacts[96:].all()
 
 
+@pytest.mark.parametrize(("depth", "stands"), [(0.012, True), (0.06, False)])
+def test_a_foot_that_sinks_a_little_at_both_ends_stands(depth: float, stands: bool) -> None:
+    # Slow for half a second, ahead at 1 m/s before and after; lowered by the depth around the moments between: by millimetres, as a foot
+    # that rolls, or by centimetres, as a foot around the top of a hop.
+    speed = np.repeat([1.0, 0.0, 1.0], [60, 30, 60])
+    height = np.interp(np.arange(150), [50, 58, 66, 84, 92, 100], [0.0, -depth, 0.0, 0.0, -depth, 0.0])
+    contacts = detect_foot_contacts(moving(np.stack([speed, 0.0 * speed, np.gradient(height, 1.0 / 60.0)], axis=1)))
+    assert (contacts[68:82] == stands).all()
+
+
 def test_a_foot_held_up_does_not_stand() -> None:
     lifted = posed({"thigh_l_y": -60.0, "shin_l_y": 80.0})
     assert not detect_foot_contacts(lifted)[:, 0].any()
