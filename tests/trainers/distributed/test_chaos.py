@@ -1,6 +1,7 @@
 """A training to which everything happens that can happen to one, in a random order with a seed: it recovers each time.
 
-In the suite there is one of everything; ``python -m pytest -m slow tests/trainers/distributed/test_chaos.py`` does fifty.
+In the suite there is what nothing else tests: a collector that hangs, all of them killed, a spoilt checkpoint.
+``python -m pytest -m slow tests/trainers/distributed/test_chaos.py`` does one of everything, and fifty kills.
 """
 
 import os
@@ -211,6 +212,11 @@ def check(run: Run) -> None:
     assert alive(run.doomed) == []  # no orphans
 
 
+def test_what_no_signal_tells(tmp_path: Path) -> None:
+    check(live_through(["spoil a checkpoint", "hang a collector", "kill all collectors"], tmp_path, 0))
+
+
+@pytest.mark.slow
 def test_one_of_everything(tmp_path: Path) -> None:
     events = list(EVENTS)
     random.Random(0).shuffle(events)
