@@ -15,7 +15,7 @@ import numpy as np
 from configs.errors import InputError
 from datasets.formats.blender_runner import hand_over, run_blender
 from datasets.formats.bvh import Bvh, Stated, bvh_from_pose, local_pose
-from datasets.formats.skinned_mesh import SkinnedMesh, welded
+from datasets.formats.skinned_mesh import SkinnedMesh, drawable
 from datasets.motion.rotation import conjugate, multiply, rotate
 from datasets.motion.rotation_matrices import matrices_to_quaternions, quaternions_to_matrices
 from datasets.motion.skeleton import forward_kinematics
@@ -212,8 +212,8 @@ def _read_poses(path: Path, figure: int | None) -> ArmaturePoses:
     if not all(np.isfinite(table).all() for table in (rest, poses, places)):
         raise InputError(f"{path}: some pose of '{facts['armature']}' is not finite; export the animation anew")
     names, parents, notices = (tuple(facts[name]) for name in ("names", "parents", "notices"))
-    mesh = welded(SkinnedMesh(*skin, rest_positions=rest[:, :3, 3])) if skin else None
-    return ArmaturePoses(names, parents, facts["armature"], rest, poses, places, facts["fps"], notices, figure, mesh, facts["no_mesh"])
+    mesh, no_mesh = drawable(SkinnedMesh(*skin, rest_positions=rest[:, :3, 3])) if skin else (None, facts["no_mesh"])
+    return ArmaturePoses(names, parents, facts["armature"], rest, poses, places, facts["fps"], notices, figure, mesh, no_mesh)
 
 
 def _check_size(path: Path) -> None:

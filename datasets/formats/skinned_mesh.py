@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-INFLUENCES = 4  # joints that move a vertex, at most
+MAX_WEIGHTS = 40_000_000  # vertices times joints that move any of them, of a mesh that is drawn: viser takes them as one table
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +28,11 @@ class SkinnedMesh:
     weights: np.ndarray
     rest_positions: np.ndarray
 
+    @property
+    def carrying_joints(self) -> np.ndarray:
+        """Joints that move any vertex, shape (B,)."""
+        return np.unique(self.joints[self.weights > 0.0])
+
 
 def welded(mesh: SkinnedMesh) -> SkinnedMesh:
     """Return a mesh in which vertices at one place with the same weights are one; glTF parts them where textures and normals do."""
@@ -37,3 +42,12 @@ def welded(mesh: SkinnedMesh) -> SkinnedMesh:
     faces = places[mesh.faces]
     solid = (faces != np.roll(faces, 1, axis=1)).all(axis=1)  # triangles that had no area have two of their vertices in one now
     return replace(mesh, vertices=mesh.vertices[kept], joints=mesh.joints[kept], weights=mesh.weights[kept], faces=faces[solid])
+
+
+def drawable(mesh: SkinnedMesh) -> tuple[SkinnedMesh | None, str]:
+    """Return a mesh welded, or None where that is too large to be drawn, with a line that says so."""
+    whole = welded(mesh)
+    vertices, joints = len(whole.vertices), len(whole.carrying_joints)
+    if vertices * joints > MAX_WEIGHTS:
+        return None, f"The file's mesh is not drawn: it has {vertices} vertices on {joints} bones, {MAX_WEIGHTS // joints} are the most."
+    return whole, ""

@@ -32,14 +32,9 @@ class RestMesh(NamedTuple):
     weights: np.ndarray
 
 
-def carrying_joints(mesh: SkinnedMesh) -> np.ndarray:
-    """Return the joints of the file that move any vertex, shape (B,)."""
-    return np.unique(mesh.joints[mesh.weights > 0.0])
-
-
 def rest_mesh(session: CleaningSession, mesh: SkinnedMesh) -> RestMesh:
     """Return the mesh of a recording in the humanoid's size."""
-    clip, joints = session.performer, carrying_joints(mesh)
+    clip, joints = session.performer, mesh.carrying_joints
     metres = session.retargeted.scale * clip.unit
     weights = np.zeros((len(mesh.vertices), len(joints)), np.float32)
     columns = np.minimum(np.searchsorted(joints, mesh.joints), len(joints) - 1)  # of joints without weight any
@@ -60,7 +55,7 @@ def bone_poses(session: CleaningSession, motion: Motion, mesh: SkinnedMesh) -> t
     Returns:
         Places [m], shape (F, B, 3), and rotations against the rest pose, wxyz, shape (F, B, 4).
     """
-    clip, retargeted, bvh, joints = session.performer, session.retargeted, session.bvh, carrying_joints(mesh)
+    clip, retargeted, bvh, joints = session.performer, session.retargeted, session.bvh, mesh.carrying_joints
     to_file = clip.axes.T
     ahead = from_yaw(np.array(-retargeted.yaw))
 
