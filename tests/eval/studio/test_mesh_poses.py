@@ -21,9 +21,9 @@ from tests.eval.clean.clean_parts import standing
 from tests.eval.studio.studio_parts import skinned, small_pipeline
 
 
-def opened(bvh: Bvh, **reading: bool) -> tuple[CleaningSession, SkinnedMesh]:
+def opened(bvh: Bvh, mirror: bool = False) -> tuple[CleaningSession, SkinnedMesh]:
     """Return a session of a clip with the mesh of ``skinned``, and that."""
-    session = CleaningSession(skinned(bvh), "clip", small_pipeline(), ReadingOptions(**reading))
+    session = CleaningSession(skinned(bvh), "clip", small_pipeline(), ReadingOptions(mirror=mirror))
     assert session.bvh.stated.mesh
     return session, session.bvh.stated.mesh
 
@@ -56,7 +56,7 @@ def test_vertices_at_joints_stay_there(form: Callable[[BodyMotion], Bvh]) -> Non
 
 @pytest.mark.parametrize(("up", "unit", "mirror"), [("y", 0.01, False), ("z", 1.0, False), ("y", 0.0254, True)])
 def test_the_cleaned_mesh_is_on_the_bones_that_are_saved(up: str, unit: float, mirror: bool) -> None:
-    session, mesh = opened(as_bvh(standing(90), unit, up), mirror=mirror)
+    session, mesh = opened(as_bvh(standing(90), unit, up), mirror)
     result = session.solve(physics=False)
     assert result.output
     np.testing.assert_allclose(vertices(session, mesh, result.output), file_joints(session, session.write(result)), atol=1e-4)
