@@ -30,6 +30,8 @@ MIN_KEY_DISTANCE = 1e-3  # frames
 MIN_CHANGE = 1e-4  # of a curve that moves a bone
 MIN_MOVING_SHARE = 0.5  # of the bones that move in the liveliest animation of a figure, in another that counts
 MAX_BONES, MAX_POSES = 1000, 10_000_000  # bones; bones times frames
+MAX_VERTICES = 400_000  # of a mesh that is handed over; 100,000 take half a second
+INFLUENCES = 4  # bones that move a vertex, the heaviest
 MAX_MEMORY_BYTES = 16 * 2**30  # that the process may address
 LINEAR = 1  # Blender's number of the interpolation
 MADE_ARMATURE = "Armature"  # of a made scene: Unreal does not take a node of this name for a bone
@@ -184,13 +186,18 @@ def depth_first(armature: Any) -> list[Any]:
 
 
 def read(bpy: Any, source: Path, result: Path, figure: int) -> None:
-    """Write facts of an armature, ``rest`` (J, 4, 4) and ``poses`` (T, J, 4, 4) of its bones in its space, and its ``places`` (T, 4, 4)."""
+    """Write facts of an armature, ``rest`` (J, 4, 4) and ``poses`` (T, J, 4, 4) of its bones in its space, and its ``places`` (T, 4, 4).
+
+    Where it has a mesh, that is written too, as ``read_mesh`` returns it.
+    """
     import_fps = import_scene(bpy, source)
     armature, _, notices = find_armature(bpy, figure)
     frames, fps, recorded = scene_frames(bpy, armature, import_fps)
     bones, scene = depth_first(armature), bpy.context.scene
     names, place = [bone.name for bone in bones], {name: index for index, name in enumerate(armature.pose.bones.keys())}
     order = [place[name] for name in names]
+    scene.frame_set(int(np.floor(frames[0])), subframe=float(frames[0] - np.floor(frames[0])))
+    mesh, no_mesh = read_mesh(bpy, armature, names)
     for other in scene.objects:
         other.hide_viewport = other.type in ("MESH", "CURVE")  # which need not follow the bones now
     poses, places = np.empty((len(frames), len(bones), 16), np.float32), np.empty((len(frames), 4, 4), np.float32)
@@ -208,10 +215,89 @@ def read(bpy: Any, source: Path, result: Path, figure: int) -> None:
         "parents": [names.index(bone.parent.name) if bone.parent else -1 for bone in bones],
         "fps": fps,
         "notices": notices,
+        "no_mesh": no_mesh,
     }
     rest = np.array([bone.bone.matrix_local for bone in bones], dtype=np.float32)
-    # Blender's flat matrices are column by column
-    np.savez(result, facts=json.dumps(facts), rest=rest, poses=poses.reshape(*poses.shape[:2], 4, 4).swapaxes(-1, -2), places=places)
+    poses = poses.reshape(*poses.shape[:2], 4, 4).swapaxes(-1, -2)  # Blender's flat matrices are column by column
+    np.savez(result, **{"facts": np.array(json.dumps(facts)), "rest": rest, "poses": poses, "places": places, **mesh})
+
+
+def read_mesh(bpy: Any, armature: Any, names: list[str]) -> tuple[dict[str, np.ndarray], str]:
+    """Return the mesh that hangs on an armature, as it is in the rest pose, and why one is left out.
+
+    Args:
+        bpy: Blender, at the first frame.
+        armature: The armature.
+        names: Names of its bones.
+
+    Returns:
+        Nothing where there is no mesh, else ``vertices`` (V, 3) in the armature's space, ``faces`` (N, 3), and of each vertex the
+        ``joints`` (V, 4) that move it, by their place in ``names``, with their ``weights`` (V, 4), 1 in sum. And a line, "" if all is well.
+    """
+    skins = [one for one in bpy.context.scene.objects if one.type == "MESH" and hangs_on(one, armature)]
+    count = sum(len(skin.data.vertices) for skin in skins)
+    if count > MAX_VERTICES:
+        return {}, f"The file's mesh is not drawn: it has {count} vertices, {MAX_VERTICES} are the most."
+    armature.data.pose_position = "REST"
+    bpy.context.view_layer.update()
+    parts, first = [], 0
+    for skin in skins:
+        joints, weights = bone_weights(skin, armature, names)
+        if weights.any():
+            vertices, faces = triangles(skin, armature)
+            parts.append({"vertices": vertices, "faces": faces + first, "joints": joints, "weights": weights})
+            first += len(vertices)
+    armature.data.pose_position = "POSE"
+    if not parts:
+        return {}, "The file's mesh is not drawn: nothing says which bones move it." if skins else ""
+    mesh = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
+    if not all(np.isfinite(table).all() for table in mesh.values()):
+        return {}, "The file's mesh is not drawn: some of its numbers are not finite."
+    return mesh, ""
+
+
+def hangs_on(skin: Any, armature: Any) -> bool:
+    """Return whether a mesh is moved by the bones of an armature: by their weights, or whole by one of them."""
+    by_weights = any(modifier.type == "ARMATURE" and modifier.object == armature for modifier in skin.modifiers)
+    return len(skin.data.vertices) > 0 and (by_weights or is_carried(skin, armature))
+
+
+def is_carried(skin: Any, armature: Any) -> bool:
+    """Return whether a mesh is moved whole by a bone of an armature."""
+    return skin.parent == armature and skin.parent_type == "BONE"
+
+
+def bone_weights(skin: Any, armature: Any, names: list[str]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the bones that move each vertex of a mesh and their weights, shape (V, 4) each; one that none moves follows the first bone."""
+    places = {name: index for index, name in enumerate(names)}
+    joints, weights = (np.zeros((len(skin.data.vertices), INFLUENCES), kind) for kind in (np.int32, np.float32))
+    if is_carried(skin, armature):
+        joints[:, 0], weights[:, 0] = places.get(skin.parent_bone, 0), skin.parent_bone in places
+        return joints, weights
+    bones = np.array([places.get(group.name, -1) for group in skin.vertex_groups], dtype=int)
+    told = np.array([(vertex.index, group.group, group.weight) for vertex in skin.data.vertices for group in vertex.groups]).reshape(-1, 3)
+    owners, bone, weight = told[:, 0].astype(int), bones[told[:, 1].astype(int)], told[:, 2]
+    order = np.lexsort((-weight, owners))
+    order = order[((bone >= 0) & (weight > 0.0))[order]]
+    owners, bone, weight = owners[order], bone[order], weight[order]
+    rank = np.arange(len(owners)) - np.searchsorted(owners, owners)
+    heavy = rank < INFLUENCES
+    joints[owners[heavy], rank[heavy]], weights[owners[heavy], rank[heavy]] = bone[heavy], weight[heavy]
+    if weights.any():
+        weights[~weights.any(axis=1), 0] = 1.0
+        weights /= weights.sum(axis=1, keepdims=True)
+    return joints, weights
+
+
+def triangles(skin: Any, armature: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return the vertices (V, 3) of a mesh in an armature's space, and its faces as triangles (N, 3), counter-clockwise from outside."""
+    skin.data.calc_loop_triangles()
+    faces = np.empty(3 * len(skin.data.loop_triangles), np.int32)
+    skin.data.loop_triangles.foreach_get("vertices", faces)
+    place = np.array(armature.matrix_world.inverted_safe() @ skin.matrix_world)
+    vertices = numbers(skin.data.vertices, "co", 3) @ place[:3, :3].T + place[:3, 3]
+    faces = faces.reshape(-1, 3)
+    return vertices.astype(np.float32), faces[:, ::-1] if np.linalg.det(place[:3, :3]) < 0.0 else faces
 
 
 def write(bpy: Any, source: Path, poses: Path, figure: int, out: Path) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 from configs.errors import InputError
 from datasets.formats.blender_runner import hand_over, run_blender
 from datasets.formats.bvh import Bvh, Stated, bvh_from_pose, local_pose
+from datasets.formats.skinned_mesh import SkinnedMesh, drawable
 from datasets.motion.rotation import conjugate, multiply, rotate
 from datasets.motion.rotation_matrices import matrices_to_quaternions, quaternions_to_matrices
 from datasets.motion.skeleton import forward_kinematics
@@ -37,6 +38,8 @@ class ArmaturePoses:
         fps: Frame rate [1/s].
         notices: Lines for the user on what was chosen or guessed.
         figure: Number of the armature in its file, where one was chosen.
+        mesh: Mesh in the armature's space, with the bones' indices for joints, None where the file has none.
+        no_mesh: Line on why a mesh of the file is left out; "" if none is.
     """
 
     names: tuple[str, ...]
@@ -48,6 +51,8 @@ class ArmaturePoses:
     fps: float
     notices: tuple[str, ...]
     figure: int | None = None
+    mesh: SkinnedMesh | None = None
+    no_mesh: str = ""
 
     @property
     def extra_joints(self) -> int:
@@ -111,7 +116,7 @@ def to_bvh(recorded: ArmaturePoses) -> Bvh:
     local_rotations[:, 1:] = multiply(back, rotations[:, 1:])
     # A leaf ends where Blender's importers let it end, which is nowhere in the file: its End Site says nothing
     ends = tuple(() if joint in parents else ((0.0, 0.0, 0.0),) for joint in range(len(parents)))
-    stated = Stated(unit=1.0, figure=recorded.figure)
+    stated = Stated(unit=1.0, figure=recorded.figure, mesh=_world_mesh(recorded), no_mesh=recorded.no_mesh)
     bvh = bvh_from_pose(_joint_names(recorded), parents, ends, recorded.fps, local_positions, local_rotations, stated)
     return replace(bvh, notices=recorded.notices)
 
@@ -138,13 +143,29 @@ def _world_poses(recorded: ArmaturePoses) -> tuple[np.ndarray, np.ndarray]:
 
     The armature's own rest pose is its first frame's.
     """
-    rest = recorded.places[0] @ recorded.rest
-    poses = recorded.places[:, None] @ recorded.poses
+    rest, poses = _world_rest(recorded), recorded.places[:, None] @ recorded.poses
     if recorded.extra_joints:
-        rest = np.concat([recorded.places[:1], rest])
         poses = np.concat([recorded.places[:, None], poses], axis=1)
     turned = _nearest_rotations(poses[..., :3, :3]) @ _nearest_rotations(rest[:, :3, :3]).swapaxes(-1, -2)
     return poses[..., :3, 3], matrices_to_quaternions(turned)
+
+
+def _world_rest(recorded: ArmaturePoses) -> np.ndarray:
+    """Return the rest pose of the joints in the world, shape (joints, 4, 4)."""
+    rest = recorded.places[0] @ recorded.rest
+    return np.concat([recorded.places[:1], rest]) if recorded.extra_joints else rest
+
+
+def _world_mesh(recorded: ArmaturePoses) -> SkinnedMesh | None:
+    """Return the mesh in the world's rest pose, on the joints."""
+    mesh, place = recorded.mesh, recorded.places[0]
+    if mesh is None:
+        return None
+    faces = mesh.faces[:, ::-1] if np.linalg.det(place[:3, :3]) < 0.0 else mesh.faces
+    vertices = mesh.vertices @ place[:3, :3].T + place[:3, 3]
+    return replace(
+        mesh, vertices=vertices, faces=faces, joints=mesh.joints + recorded.extra_joints, rest_positions=_world_rest(recorded)[:, :3, 3]
+    )
 
 
 def _nearest_rotations(matrices: np.ndarray) -> np.ndarray:
@@ -187,10 +208,12 @@ def _read_poses(path: Path, figure: int | None) -> ArmaturePoses:
         with np.load(result, allow_pickle=False) as told:
             facts = json.loads(str(told["facts"]))
             rest, poses, places = (told[name].astype(float) for name in ("rest", "poses", "places"))
+            skin = [told[name] for name in ("vertices", "faces", "joints", "weights")] if "vertices" in told else []
     if not all(np.isfinite(table).all() for table in (rest, poses, places)):
         raise InputError(f"{path}: some pose of '{facts['armature']}' is not finite; export the animation anew")
     names, parents, notices = (tuple(facts[name]) for name in ("names", "parents", "notices"))
-    return ArmaturePoses(names, parents, facts["armature"], rest, poses, places, facts["fps"], notices, figure)
+    mesh, no_mesh = drawable(SkinnedMesh(*skin, rest_positions=rest[:, :3, 3])) if skin else (None, facts["no_mesh"])
+    return ArmaturePoses(names, parents, facts["armature"], rest, poses, places, facts["fps"], notices, figure, mesh, no_mesh)
 
 
 def _check_size(path: Path) -> None:

@@ -19,6 +19,7 @@ from configs.atomic_file import atomic_write
 from configs.errors import InputError
 from datasets.formats.bvh_channels import find_relative_positions, position_columns, rotation_columns
 from datasets.formats.bvh_parser import Vector, parse_bvh
+from datasets.formats.skinned_mesh import SkinnedMesh
 from datasets.motion.frame_blocks import frame_blocks
 from datasets.motion.frozen_array import frozen
 
@@ -36,12 +37,16 @@ class Stated:
         up_axis: Axis that points up, such as "y" or "-z".
         free_accelerations: Joint -> what its sensor measured in the file's world axes, gravity subtracted [m/s^2], shape (T, 3).
         figure: Number of the figure in a scene, where one was chosen.
+        mesh: Mesh of the figure, where the file has one that hangs on the joints.
+        no_mesh: Line on why a mesh of the file is left out; "" if none is.
     """
 
     unit: float | None = None
     up_axis: str | None = None
     free_accelerations: Mapping[int, np.ndarray] = field(default_factory=dict)
     figure: int | None = None
+    mesh: SkinnedMesh | None = None
+    no_mesh: str = ""
 
 
 NOTHING_STATED = Stated()

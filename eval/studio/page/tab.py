@@ -27,12 +27,13 @@ from eval.studio.scene.clip_tracks import ClipTracks
 from eval.studio.scene.stage import Stage
 from eval.studio.state.playback import Playback
 from eval.studio.state.project import Project
-from eval.studio.state.view_options import ViewOptions
+from eval.studio.state.view_options import MESH, ViewOptions
 from eval.studio.state.workspace import Workspace
 
 PANEL_WIDTH_PX, TIMELINE_HEIGHT_PX, MARGIN_PX = 340, 236, 12
 LEAST_HEIGHT_PX, LEAST_WIDTH_PX = 640, 640  # of a window in which the timeline fits
 SAME_SHAPE = 0.04  # of the canvas' width over its height: a change that is none
+MESH_UPDATES_S = 0.03  # between two poses of a mesh that plays: each bone takes two messages, and a hand alone has fifteen
 TIME_UPDATES_S = 0.12  # between two updates of the timeline's time while it plays; the figures are drawn in every frame
 
 
@@ -57,7 +58,7 @@ class Tab:
         self._unlisten = lambda: None
         self._tracks: ClipTracks | None = None
         self._drawn: tuple[float, int] | None = None
-        self._since_time_s, self._shape = 0.0, 0.0
+        self._since_time_s, self._since_drawn_s, self._shape = 0.0, 0.0, 0.0
         self._is_stale, self._was_busy = True, False
         gui = client.gui
         self._stage = Stage(client.scene, lambda body: self.events.run(lambda: self._edit.select_body(body)))
@@ -68,7 +69,7 @@ class Tab:
         with tabs.add_tab("Clean"):
             self._clean = CleanPanel(gui, self)
         with tabs.add_tab("View"):
-            ViewPanel(gui, self)
+            self._view = ViewPanel(gui, self)
         with tabs.add_tab("Edit"):
             self._edit = EditPanel(gui, self)
         with tabs.add_tab("Save"):
@@ -119,9 +120,11 @@ class Tab:
             self._refresh()
         self.playback.advance(elapsed_s)
         self._since_time_s += elapsed_s
+        self._since_drawn_s += elapsed_s
         shown = (self.playback.time_s, self.playback.frame)
-        if shown != self._drawn:
-            self._drawn = shown
+        is_due = not self.playback.is_playing or self.options.figure != MESH or self._since_drawn_s >= MESH_UPDATES_S
+        if shown != self._drawn and is_due:
+            self._drawn, self._since_drawn_s = shown, 0.0
             with self.client.atomic():
                 self._stage.draw(self.playback.time_s)
         if self._since_time_s >= TIME_UPDATES_S:
@@ -173,6 +176,7 @@ class Tab:
             if self._tracks is None or _is_other(self._tracks, session, result):
                 self._tracks = ClipTracks(session, result if result and len(result.before) == len(session.recorded) else None)
             self.playback.show(session.start_s, len(session.recorded), session.recorded.fps)
+        self._view.refresh()
         self._stage.show(self._tracks, self.options)
         self._drawn = None
         for panel in (self._clip, self._clean, self._edit, self._save, self._timeline, self._notices):

@@ -3,17 +3,24 @@
 import viser
 
 from eval.studio.page.host import Host
-from eval.studio.state.view_options import COMPARISONS, FIGURES
+from eval.studio.state.view_options import COMPARISONS, FIGURES, MESH
 
 
 class ViewPanel:
-    """Panel of the view."""
+    """Panel of the view.
+
+    Attributes:
+        figure: Choice of the figure.
+        left_out: Line on a mesh that is no choice.
+    """
 
     def __init__(self, gui: viser.GuiApi, host: Host) -> None:
         """Add the controls."""
+        self._host = host
         options, by_user = host.options, host.events.by_user
         comparison = gui.add_dropdown("Compare", COMPARISONS, initial_value=options.comparison)
-        figure = gui.add_dropdown("Figure", FIGURES, initial_value=options.figure)
+        self.figure = gui.add_dropdown("Figure", FIGURES, initial_value=options.figure)
+        self.left_out = gui.add_markdown("", visible=False)
         switches = {
             "follows": gui.add_checkbox("Follow", options.follows, hint="the view goes along with the figure"),
             "contacts": gui.add_checkbox("Contacts", options.contacts, hint="colour feet that stand, and draw footprints"),
@@ -26,10 +33,23 @@ class ViewPanel:
         }
 
         def take(_: object) -> None:
-            options.comparison, options.figure = comparison.value, figure.value
+            options.comparison, options.figure = comparison.value, self.figure.value
             for name, switch in switches.items():
                 setattr(options, name, switch.value)
             host.refresh()
 
-        for control in (comparison, figure, *switches.values()):
+        for control in (comparison, self.figure, *switches.values()):
             control.on_update(by_user(take))
+
+    def refresh(self) -> None:
+        """Offer the clip's figures; a mesh where its file has one."""
+        project = self._host.project
+        if project is None:
+            return
+        stated = project.session.bvh.stated
+        figures = (*FIGURES, MESH) if stated.mesh else FIGURES
+        if figures != self.figure.options:
+            self.figure.options = figures
+        if self._host.options.figure not in figures:  # another clip's mesh was shown
+            self._host.options.figure = self.figure.value
+        self.left_out.content, self.left_out.visible = stated.no_mesh, bool(stated.no_mesh)

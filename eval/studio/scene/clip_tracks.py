@@ -10,6 +10,7 @@ from datasets.motion.kinematics import body_poses, centre_of_mass, clip_sole_poi
 from eval.clean.edits import FEET
 from eval.clean.result import CleaningResult
 from eval.clean.session import CleaningSession
+from eval.studio.scene.mesh_poses import bone_poses
 from eval.studio.state.contact_bars import ContactTrack
 
 
@@ -45,6 +46,16 @@ class ClipTracks:
         return self._joints(self.result.output) if self.result and self.result.output else self.joints_before
 
     @cached_property
+    def bones_before(self) -> tuple[np.ndarray, np.ndarray]:
+        """Places (F, B, 3) [m] and rotations (F, B, 4) of the bones that carry the performer's mesh, as recorded."""
+        return self._bones(self.session.performer.motion)
+
+    @cached_property
+    def bones_after(self) -> tuple[np.ndarray, np.ndarray]:
+        """Places (F, B, 3) [m] and rotations (F, B, 4) of the same after cleaning."""
+        return self._bones(self.result.output) if self.result and self.result.output else self.bones_before
+
+    @cached_property
     def footprints(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Places (N, 3) [m], headings (N,) [rad] and feet (N,) of the cleaned clip's contacts."""
         soles = clip_sole_points(self.after)  # (T, 2, 3, 3)
@@ -58,6 +69,11 @@ class ClipTracks:
                     headings.append(np.arctan2(ball[1] - heel[1], ball[0] - heel[0]))
                     feet.append(foot)
         return np.reshape(places, (-1, 3)), np.array(headings), np.array(feet, dtype=int)
+
+    def _bones(self, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+        mesh = self.session.bvh.stated.mesh
+        assert mesh
+        return bone_poses(self.session, motion, mesh)
 
     def _joints(self, motion: Motion) -> np.ndarray:
         def block(part: slice) -> tuple[np.ndarray, ...]:

@@ -15,8 +15,10 @@ from eval.studio.scene.clip_tracks import ClipTracks
 from eval.studio.scene.colours import AFTER, BEFORE, CENTRE_OF_MASS, FOOT_COLOURS, FOOT_OF_BODY, MISALIGNED, UNSURE, Colour, blend
 from eval.studio.scene.ground_marks import add_footprints, add_ground, add_lights
 from eval.studio.scene.humanoid_figure import HumanoidFigure
+from eval.studio.scene.mesh_figure import MeshFigure
+from eval.studio.scene.mesh_poses import rest_mesh
 from eval.studio.scene.skeleton_figure import SkeletonFigure
-from eval.studio.state.view_options import GHOST, HUMANOID, ONLY_AFTER, ONLY_BEFORE, SIDE_BY_SIDE, ViewOptions
+from eval.studio.state.view_options import GHOST, HUMANOID, MESH, ONLY_AFTER, ONLY_BEFORE, SIDE_BY_SIDE, SKELETON, ViewOptions
 
 WORLD = "/world"
 _NAMES = {"before": "recorded", "after": "cleaned"}
@@ -40,6 +42,7 @@ class Stage:
         self._options = ViewOptions()
         self._humanoids: list[HumanoidFigure] = []
         self._skeletons: list[SkeletonFigure] = []
+        self._meshes: list[MeshFigure] = []
         self._balls: list[viser.IcosphereHandle] = []
         self._lines: list[viser.LineSegmentsHandle] = []
         self._marks: viser.SceneNodeHandle | None = None
@@ -59,8 +62,10 @@ class Stage:
         if is_other:
             self._clear()
             self._enter(tracks)
-        if options.figure != HUMANOID and not self._skeletons:
+        if options.figure == SKELETON and not self._skeletons:
             self._add_skeletons(tracks)
+        if options.figure == MESH and not self._meshes:
+            self._add_meshes(tracks)
         if is_new:
             self._add_footprints(tracks)
         self._add_labels(tracks)
@@ -81,12 +86,22 @@ class Stage:
                     humanoid.pose(motion.root_position[frame], motion.local_rotations[frame])
             self._humanoids[1].paint(self._colours(tracks, frame))
         else:
-            for skeleton, joints in zip(self._skeletons, (tracks.joints_before, tracks.joints_after), strict=True):
-                skeleton.pose(joints[int(np.clip(round(since * tracks.session.performer.motion.fps), 0, len(joints) - 1))])
+            motion = tracks.session.performer.motion
+            self._pose_performer(tracks, int(np.clip(round(since * motion.fps), 0, len(motion) - 1)))
         if options.centre_of_mass:
             for ball, line, centre in zip(self._balls, self._lines, tracks.centres[:, frame], strict=True):
                 ball.position, line.position = centre, (centre[0], centre[1], 0.0)
                 line.scale = (1.0, 1.0, max(float(centre[2]), 1e-3))
+
+    def _pose_performer(self, tracks: ClipTracks, frame: int) -> None:
+        """Pose the performer's skeletons or meshes, by a frame of the file."""
+        if self._options.figure == SKELETON:
+            for skeleton, joints in zip(self._skeletons, (tracks.joints_before, tracks.joints_after), strict=True):
+                skeleton.pose(joints[frame])
+        else:
+            for mesh, (positions, rotations) in zip(self._meshes, (tracks.bones_before, tracks.bones_after), strict=True):
+                if mesh.is_shown:
+                    mesh.pose(positions[frame], rotations[frame])
 
     def _enter(self, tracks: ClipTracks) -> None:
         """Add the figures of another clip."""
@@ -114,6 +129,14 @@ class Stage:
             path = f"{WORLD}/{name} skeleton"
             self._skeletons.append(SkeletonFigure(self._scene, path, skeleton, tracks.joints_before[0], colour, None))
 
+    def _add_meshes(self, tracks: ClipTracks) -> None:
+        """Add the performer's mesh before and after."""
+        skinned = tracks.session.bvh.stated.mesh
+        assert skinned
+        mesh = rest_mesh(tracks.session, skinned)
+        for name, colour in (("before", BEFORE), ("after", AFTER)):
+            self._meshes.append(MeshFigure(self._scene, f"{WORLD}/{name} mesh", mesh, colour))
+
     def _add_footprints(self, tracks: ClipTracks) -> None:
         """Draw the footprints of the cleaned clip anew."""
         if self._marks:
@@ -136,28 +159,36 @@ class Stage:
         assert tracks
         if tracks.result is None:
             chosen = ONLY_BEFORE
-        is_humanoid = self._options.figure == HUMANOID
         self._sun.cast_shadow = self._options.shadows
-        for index, humanoid in enumerate(self._humanoids):
-            shown = chosen != (ONLY_AFTER, ONLY_BEFORE)[index]
-            offset = ((-_ASIDE_M, _ASIDE_M)[index] if chosen == SIDE_BY_SIDE else 0.0) * self._side
-            humanoid.place(offset, shown)
-            for node in humanoid.nodes:
-                node.visible = is_humanoid
-                node.cast_shadow = self._options.shadows and not (index == 0 and chosen == GHOST)
-                node.opacity = _GHOST_OPACITY if index == 0 and chosen == GHOST else None
-            self._names[index].visible = chosen == SIDE_BY_SIDE
-            for node in (self._balls[index], self._lines[index]):
-                node.visible = self._options.centre_of_mass
-            if self._skeletons:
-                self._skeletons[index].place(offset, shown and not is_humanoid)
-            if index == 1 and self._marks:
-                self._marks.position = offset
+        for index in range(len(self._humanoids)):
+            self._arrange_figure(index, chosen)
         colours = [BEFORE] * BODY_COUNT
         if self._options.misalignments and tracks.result:
             for one in tracks.result.misalignments:
                 colours[BODY_NAMES.index(one.body)] = MISALIGNED
         self._humanoids[0].paint(colours)
+
+    def _arrange_figure(self, index: int, chosen: str) -> None:
+        """Put the figures of the recording (0) or of the cleaned clip (1) where they are wanted, and show the one that is."""
+        humanoid, figure = self._humanoids[index], self._options.figure
+        shown, is_ghost = chosen != (ONLY_AFTER, ONLY_BEFORE)[index], index == 0 and chosen == GHOST
+        offset = ((-_ASIDE_M, _ASIDE_M)[index] if chosen == SIDE_BY_SIDE else 0.0) * self._side
+        humanoid.place(offset, shown)
+        for node in humanoid.nodes:
+            node.visible = figure == HUMANOID
+        for skeleton in self._skeletons[index : index + 1]:
+            skeleton.place(offset, shown and figure == SKELETON)
+        meshes = self._meshes[index : index + 1]
+        for mesh in meshes:
+            mesh.place(offset, shown and figure == MESH)
+        for node in (*humanoid.nodes, *(mesh.node for mesh in meshes)):
+            node.cast_shadow = self._options.shadows and not is_ghost
+            node.opacity = _GHOST_OPACITY if is_ghost else None
+        self._names[index].visible = chosen == SIDE_BY_SIDE
+        for node in (self._balls[index], self._lines[index]):
+            node.visible = self._options.centre_of_mass
+        if index == 1 and self._marks:
+            self._marks.position = offset
 
     def _colours(self, tracks: ClipTracks, frame: int) -> list[Colour]:
         """Return the colours of the cleaned figure's bodies in a frame."""
@@ -171,8 +202,8 @@ class Stage:
 
     def _clear(self) -> None:
         """Take a clip's figures out of the scene."""
-        for node in (*self._labels, *self._humanoids, *self._skeletons, *([self._marks] if self._marks else [])):
+        for node in (*self._labels, *self._humanoids, *self._skeletons, *self._meshes, *([self._marks] if self._marks else [])):
             node.remove()
         self._marks = None
-        for several in (self._labels, self._names, self._humanoids, self._skeletons, self._balls, self._lines):
+        for several in (self._labels, self._names, self._humanoids, self._skeletons, self._meshes, self._balls, self._lines):
             several.clear()

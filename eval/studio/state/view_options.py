@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 GHOST, SIDE_BY_SIDE, ONLY_BEFORE, ONLY_AFTER = "ghost", "side by side", "before", "after"
 COMPARISONS = (SIDE_BY_SIDE, GHOST, ONLY_BEFORE, ONLY_AFTER)
-HUMANOID, SKELETON = "humanoid", "performer's skeleton"
-FIGURES = (HUMANOID, SKELETON)
+HUMANOID, SKELETON, MESH = "humanoid", "performer's skeleton", "mesh"
+FIGURES = (HUMANOID, SKELETON)  # that every clip has; a mesh is a figure where the file has one
 
 
 @dataclass
@@ -14,7 +14,7 @@ class ViewOptions:
 
     Attributes:
         comparison: How before and after are shown, one of ``COMPARISONS``.
-        figure: On which body, one of ``FIGURES``.
+        figure: On which body, one of ``FIGURES`` or ``MESH``.
         follows: Whether the view follows the figure.
         contacts: Whether feet that stand are coloured, and footprints drawn.
         trust: Whether the cleaned figure's colour tells how far it is the simulation's.

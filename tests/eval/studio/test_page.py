@@ -3,9 +3,12 @@
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from datasets.formats.motion_file import write_motion_file
 from datasets.performer.performer_clip import read_performer_file
@@ -14,10 +17,12 @@ from eval.clean.edits_file import read_edits
 from eval.clean.session import CleaningSession
 from eval.studio.studio_server import StudioServer
 from tests.eval.browser import Browser, browser
-from tests.eval.studio.studio_parts import small_pipeline, workspace, write_clip
+from tests.eval.studio.studio_parts import dress_clips, small_pipeline, workspace, write_clip
 
 WINDOW_PX = (1180, 720)
 TRACKS = "[...document.querySelectorAll('.multi-slider-track-container')]"  # time, left foot, right foot
+FREE = np.s_[150:380, 320:820]  # rows and columns of a picture of the page that nothing covers
+BLUER = 60  # than red, of 255, in the cleaned figure
 SECONDS = 60.0
 
 
@@ -105,3 +110,35 @@ def test_a_clip_is_dropped_scrubbed_edited_and_saved(tmp_path: Path) -> None:
     session = CleaningSession(read_performer_file(clip, None), "sway", small_pipeline())
     write_motion_file(tmp_path / "command.bvh", session.write(session.solve(read_edits(edits))), clip)
     assert (got / "sway_clean.bvh").read_bytes() == (tmp_path / "command.bvh").read_bytes()
+
+
+def figure_pixels(view: Browser) -> np.ndarray:
+    """Return which pixels of the page's free part are the cleaned figure's, once two pictures on end are the same."""
+    masks: list[np.ndarray] = []
+    while len(masks) < 2 or not masks[-1].sum() or (masks[-1] != masks[-2]).any():
+        red, _, blue = np.moveaxis(np.asarray(Image.open(BytesIO(view.screenshot())).convert("RGB"), dtype=int)[FREE], -1, 0)
+        masks.append(blue - red > BLUER)
+        assert len(masks) < 100
+        time.sleep(0.2)
+    return masks[-1]
+
+
+def test_a_mesh_of_the_humanoids_shapes_looks_like_the_humanoid(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    dress_clips(monkeypatch, "dressed.bvh")
+    clip = write_clip(tmp_path, "dressed.bvh")
+    with studio(clip, tmp_path / "kept") as server, browser(tmp_path / "profile", WINDOW_PX) as view:
+        open_page(view, server)
+        view.until(says("frame 1 of 120"))
+        (shown,) = server.tabs.values()
+        assert shown.project
+        shown.project.solver.wait()
+        shown.seek(1.5)
+        humanoid = figure_pixels(view)
+        view.click(tab("View"))
+        view.click("[...document.querySelectorAll('input')].find(one => one.value === 'humanoid')")
+        view.click("[...document.querySelectorAll('[role=option]')].find(one => one.innerText.trim() === 'mesh')")
+        wait(lambda: shown.client.scene.get_handle_by_name("/world/after mesh/skin") is not None)
+        time.sleep(1.0)
+        mesh = figure_pixels(view)
+    assert humanoid.sum() > 1000
+    assert (humanoid & mesh).sum() > 0.9 * (humanoid | mesh).sum()

@@ -1,35 +1,21 @@
 """Tabs: each has its own time and view, all share the clip and its edits, and none takes anything along as it closes."""
 
-import time
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
-import msgspec
 import pytest
 import viser
-from websockets.sync.client import connect
-from websockets.typing import Origin, Subprotocol
 
+from datasets.motion.humanoid import BODY_NAMES
 from eval.clean.edits import LEFT, ContactEdit, Edits
-from eval.studio.page.tab import Tab
-from eval.studio.state.view_options import GHOST, SIDE_BY_SIDE
+from eval.studio.page.view_panel import ViewPanel
+from eval.studio.state.view_options import FIGURES, GHOST, HUMANOID, MESH, SIDE_BY_SIDE
 from eval.studio.studio_server import StudioServer
-from tests.eval.studio.studio_parts import workspace, write_clip
+from tests.eval.studio.open_tab import tab, wait
+from tests.eval.studio.studio_parts import dress_clips, workspace, write_clip
 
-SECONDS = 20.0
-CAMERA = {
-    "type": "ViewerCameraMessage", "wxyz": [1, 0, 0, 0], "position": [3.0, 3.0, 3.0], "look_at": [0.0, 0.0, 0.0], "up_direction": [0, 0, 1],
-    "fov": 0.7, "near": 0.01, "far": 100.0, "image_width": 1100, "image_height": 700,
-}  # fmt: skip
-
-
-def wait(what: Callable[[], bool]) -> None:
-    """Wait until something is true."""
-    end = time.monotonic() + SECONDS
-    while not what():
-        assert time.monotonic() < end
-        time.sleep(0.02)
+MESH_NODE = "/world/before mesh/skin"
 
 
 @pytest.fixture
@@ -39,21 +25,6 @@ def studio(tmp_path: Path) -> Iterator[StudioServer]:
         server = StudioServer(opened, 0)
         yield server
         server.close()
-
-
-@contextmanager
-def tab(server: StudioServer) -> Iterator[Tab]:
-    """Open a tab as a browser does, and close it."""
-    before, address = set(server.tabs), server.address.removeprefix("http://")
-    protocol, origin = Subprotocol(f"viser-v{viser.__version__}"), Origin(server.address)
-    with connect(f"ws://{address}", subprotocols=[protocol], origin=origin, max_size=None) as browser:
-        browser.send(msgspec.msgpack.encode(CAMERA))
-        wait(lambda: bool(set(server.tabs) - before))
-        (number,) = set(server.tabs) - before
-        made = server.tabs[number]
-        wait(lambda: made.project is not None and made.playback.num_frames > 1)
-        yield made
-    wait(lambda: number not in server.tabs)
 
 
 def test_two_tabs_do_not_disturb_each_other(studio: StudioServer) -> None:
@@ -93,3 +64,28 @@ def test_a_problem_is_one_line_on_the_page_and_the_tab_goes_on(studio: StudioSer
         assert shown.project
         assert shown.project.name == "sway"
     assert "ZeroDivisionError" in capsys.readouterr().err
+
+
+def test_a_mesh_is_a_figure_where_the_file_has_one(studio: StudioServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    told = "The file's mesh is not drawn: it is made of holes."
+    dress_clips(monkeypatch, "dressed.bvh", told)
+    with tab(studio) as shown:
+        panel, scene = ViewPanel(shown.client.gui, shown), shown.client.scene
+        panel.refresh()
+        assert panel.figure.options == FIGURES  # of a clip without a mesh
+        shown.open(write_clip(tmp_path, "dressed.bvh"))
+        panel.refresh()
+        assert panel.figure.options == (*FIGURES, MESH)
+        shown.options.figure = panel.figure.value = MESH
+        shown.refresh()
+        wait(lambda: isinstance(scene.get_handle_by_name(MESH_NODE), viser.MeshSkinnedHandle))
+        mesh = scene.get_handle_by_name(MESH_NODE)
+        assert isinstance(mesh, viser.MeshSkinnedHandle)
+        assert len(mesh.bones) == len(BODY_NAMES)
+        wait(lambda: mesh.bones[0].position[2] > 0.8)  # m, of the pelvis, which is at the file's origin at rest
+        shown.open(write_clip(tmp_path, "bare.bvh"))
+        panel.refresh()
+        assert (panel.figure.options, panel.figure.value, shown.options.figure) == (FIGURES, HUMANOID, HUMANOID)
+        wait(lambda: scene.get_handle_by_name(MESH_NODE) is None)
+        assert shown.project
+        assert shown.project.session.bvh.stated.no_mesh == panel.left_out.content == told
