@@ -8,9 +8,9 @@ import pytest
 from datasets.motion.humanoid import ANKLE_HEIGHT, BODY_NAMES, TOE_HEIGHT
 from datasets.motion.rotation import rotate
 from eval.studio.scene.clip_tracks import ClipTracks
-from eval.studio.scene.colours import blend, in_css
-from eval.studio.scene.mannequin import body_meshes, hull_around_balls
 from eval.studio.scene.skeleton_figure import rotations_from_z
+from eval.viewer.colours import blend, in_css
+from eval.viewer.mannequin import body_meshes, hull_around_balls
 from tests.eval.studio.studio_parts import FRAMES, workspace, write_clip
 
 MESHES = dict(zip(BODY_NAMES, body_meshes(), strict=True))

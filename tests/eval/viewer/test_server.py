@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import pytest
 import viser
 
-from eval.studio.server import LOOPBACK, open_server
+from eval.viewer.server import LOOPBACK, open_server
 
 UPGRADE = "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n"
 
