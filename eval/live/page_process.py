@@ -9,6 +9,7 @@ import socket
 import sys
 from asyncio.subprocess import PIPE, Process
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 
 from configs.errors import RunError
 from configs.source_code import PROJECT_ROOT
@@ -53,14 +54,18 @@ class PageProcess:
         """End the page."""
         if self._task:
             self._task.cancel()
-        if self._process and self._process.returncode is None:
-            self._process.kill()  # it has nothing to save
-            await self._process.wait()
+            await asyncio.wait([self._task])
+        if self._process:
+            if self._process.returncode is None:
+                self._process.kill()  # it has nothing to save
+            await self._process.communicate()  # reads what it has asked meanwhile, without which it would never count as ended
 
     async def _answer(self, process: Process) -> None:
         """Answer each request with a snapshot, until the page ends."""
         assert process.stdin
         assert process.stdout
-        while await process.stdout.readline():
-            process.stdin.write(write_snapshot(self._views))
+        with suppress(ConnectionError):
+            while await process.stdout.readline():
+                process.stdin.write(write_snapshot(self._views))
+                await process.stdin.drain()
         self._log("the page has ended; the service goes on without it")
