@@ -16,8 +16,9 @@ _ROOT, _ROTATIONS = slice(0, 3), slice(3, 3 + 4 * BODY_COUNT)  # in the row of a
 
 
 def write_snapshot(views: Mapping[int, UserView]) -> bytes:
-    """Return the line that tells the views of all users, by user number."""
-    rows = [np.concat([view.root, view.rotations.reshape(-1)]) for view in views.values()]
+    """Return the line that tells the views of all users, in the order of their numbers."""
+    in_order = sorted(views.items())
+    rows = [np.concat([view.root, view.rotations.reshape(-1)]) for _, view in in_order]
     poses = np.array(rows, dtype="<f4").tobytes()
     users = [
         {
@@ -29,13 +30,13 @@ def write_snapshot(views: Mapping[int, UserView]) -> bytes:
             "fps": view.fps,
             "latency_ms": view.latency_ms,
         }
-        for user, view in views.items()
+        for user, view in in_order
     ]
     return json.dumps({"users": users, "poses": base64.b64encode(poses).decode()}).encode() + b"\n"
 
 
 def read_snapshot(line: bytes) -> dict[int, UserView]:
-    """Return the views of all users, by user number, that a line tells."""
+    """Return the views of all users by number, in their order, that a line tells."""
     told = json.loads(line)
     rows = np.frombuffer(base64.b64decode(told["poses"]), dtype="<f4").reshape(len(told["users"]), _ROTATIONS.stop)
     return {

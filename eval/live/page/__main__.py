@@ -38,7 +38,8 @@ def _ask(asks: BinaryIO, answers: BinaryIO) -> bytes:
 
 
 if __name__ == "__main__":
-    os.nice(NICENESS)
+    if hasattr(os, "nice"):  # not on Windows
+        os.nice(NICENESS)
     pipe = os.fdopen(os.dup(sys.stdout.fileno()), "wb", buffering=0)
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # whatever libraries print is no request
     main(int(sys.argv[1]), pipe, sys.stdin.buffer)

@@ -38,5 +38,5 @@ def _feet(view: UserView) -> str:
     letters = []
     for letter, stands, colour in zip("LR", view.contacts, FOOT_COLOURS, strict=True):
         look = f"background:{in_css(colour)};color:#fff" if stands else "opacity:.5"
-        letters.append(f"<span style='padding:0 4px;border-radius:3px;{look}'>{letter}</span>")
+        letters.append(f"<span style='padding:0 4px;margin-left:3px;border-radius:3px;{look}'>{letter}</span>")
     return "".join(letters)

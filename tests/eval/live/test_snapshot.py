@@ -8,7 +8,7 @@ from tests.eval.live.page_parts import seen
 
 
 def test_a_snapshot_is_read_again() -> None:
-    views = {3: seen(0.5, name="user 3 (line\nbreak)"), 7: seen(-1.25, state="calibrating", contacts=(False, True), scale=1.5)}
+    views = {7: seen(-1.25, state="calibrating", contacts=(False, True), scale=1.5), 3: seen(0.5, name="user 3 (line\nbreak)")}
     views[7].rotations[6] = [0.5, 0.5, -0.5, 0.5]
     line = write_snapshot(views)
     assert line.count(b"\n") == 1
