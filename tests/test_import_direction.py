@@ -34,8 +34,8 @@ LAYERS = {
     "agents": [{""}, {"policy", "root.networks", "root.recurrent"}, {"root", "lobstr", "lower_body", "restore"}, {"weights"}],
     "trainers": [{"", "runs"}, {"data"}, {"algorithms"}, {"collectors", "evaluation", "supervised"}, {"distributed"}, {"ppo"}],
     "eval": [
-        {"live", "metrics", "runs", "backends"},
-        {"", "pages"},
+        {"live", "viewer", "metrics", "runs", "backends"},
+        {"", "live.page", "pages"},
         {"clean", "report", "study.framework", "study.suit", "benchmark.contacts", "benchmark.peers", "benchmark.timing"},
         {"agent_server", "study.clean", "study.lobstr", "study.policy", "study.root", "benchmark.scaling", "studio.state"},
         {"study.search", "study.restore", "studio.scene"},

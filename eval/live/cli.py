@@ -5,6 +5,7 @@ import asyncio
 import gc
 import os
 import signal
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from agents.weights.pretrained import PRETRAINED_LOWER_BODY
 from configs.errors import InputError, require
 from configs.exit_codes import run_command
 from eval.live.messages import BodySolver
-from eval.live.page import LivePage
+from eval.live.page_process import PageProcess
 from eval.live.recorder import MAX_RECORDING_MIN, Recorder
 from eval.live.server import LiveServer
 from eval.live.solver import LiveBodySolver
@@ -94,42 +95,45 @@ async def serve(solver: BodySolver, options: argparse.Namespace, console: Consol
         stop.set()
 
     server = LiveServer(solver, Recorder(options.record, log, options.minutes) if options.record else None, log)
-    page = LivePage(server.views) if options.page_port else None
+    page = PageProcess(server.views, log)
     status = StatusLine(server, console)
     try:
-        await _listen(server, page, options, log)
+        await _listen(server, options, log)
         loop.set_exception_handler(fault)
         for number in (signal.SIGINT, signal.SIGTERM):
             loop.add_signal_handler(number, stop.set)
         gc.collect()
         gc.freeze()  # objects loaded so far are never collected again, which would delay a frame
+        if options.page_port:
+            await _open_page(page, options.page_port, log)
         with status:
             await stop.wait()
     finally:
         for number in (signal.SIGINT, signal.SIGTERM):
             loop.remove_signal_handler(number)
-        if page:
-            await page.stop()
+        await page.stop()
         await server.stop()
     log(summary(server))
     if faults:
         raise faults[0]
 
 
-async def _listen(server: LiveServer, page: LivePage | None, options: argparse.Namespace, log: Any) -> None:
-    """Open the ports and log the addresses."""
+async def _listen(server: LiveServer, options: argparse.Namespace, log: Callable[[str], None]) -> None:
+    """Open the port for trackers and log the address."""
     try:
         port = await server.start(options.host, options.port)
     except OSError as error:
         raise InputError(f"--host {options.host} --port {options.port}: {_reason(error)}; choose others, 0 takes any free port") from error
     log(f"trackers: {options.host} port {port} (TCP, a JSON object a line, docs/live.md); Ctrl-C stops")
-    if page:
-        try:
-            log(f"page: http://{DEFAULT_HOST}:{await page.start(options.page_port)}/")
-        except OSError as error:
-            raise InputError(f"--page-port {options.page_port}: {_reason(error)}; choose another, 0 is for no page") from error
-        server.after_batch = page.notify
     log(f"no hardware at hand? python -m eval.live_replay CLIP.bvh --port {port}")
+
+
+async def _open_page(page: PageProcess, port: int, log: Callable[[str], None]) -> None:
+    """Start the page and log its address; trackers are served meanwhile."""
+    try:
+        log(f"page: {await page.start(port)}")
+    except OSError as error:
+        raise InputError(f"--page-port {port}: {_reason(error)}; choose another, 0 is for no page") from error
 
 
 def _reason(error: OSError) -> str:

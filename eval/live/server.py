@@ -29,7 +29,6 @@ class LiveServer:
         solver: Solver, with a slot for each user that may be connected at once.
         recorder: Recorder of live frames; None if they are not recorded.
         log: Called with each line for the terminal.
-        after_batch: Called after each batch.
         limits: Limits of each client.
         views: Last frame of each user, by user number.
         latencies: Latencies of the last frames [ms].
@@ -39,7 +38,6 @@ class LiveServer:
     solver: BodySolver
     recorder: Recorder | None = None
     log: Callable[[str], None] = print
-    after_batch: Callable[[], None] = lambda: None
     limits: ClientLimits = field(default_factory=ClientLimits)
     views: dict[int, UserView] = field(default_factory=dict)
     latencies: deque[float] = field(default_factory=lambda: deque(maxlen=round(LATENCY_HISTORY_S * TRACKER_RATE_HZ)))
@@ -150,7 +148,6 @@ class LiveServer:
         self._waiting = {session for session in batch if session.waiting}
         if taken:
             self._answer(taken)
-            self.after_batch()
         if self._waiting:
             self._solve_after(0.0)
 

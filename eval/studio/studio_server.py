@@ -3,14 +3,13 @@
 import threading
 import time
 import traceback
-import warnings
 
 import viser
 
 from eval.studio.page.tab import PANEL_WIDTH_PX, Tab
-from eval.studio.scene.colours import BRAND
-from eval.studio.server import open_server
 from eval.studio.state.workspace import Workspace
+from eval.viewer.server import open_server
+from eval.viewer.theme import set_theme
 
 FRAMES_PER_SECOND = 60.0  # that figures are drawn: those of a cleaned clip
 TITLE = "adapt-mimic studio"
@@ -26,7 +25,6 @@ class StudioServer:
 
     def __init__(self, workspace: Workspace, port: int) -> None:
         """Serve the page on the loopback."""
-        warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)  # a tab may close at any time
         self._workspace, self._is_closed = workspace, threading.Event()
         self.tabs: dict[int, Tab] = {}
         self.viewer = open_server(port)
@@ -50,13 +48,8 @@ class StudioServer:
 
     def _prepare(self) -> None:
         """Set up what all tabs share: theme, and where they look from at first."""
-        viewer = self.viewer
-        viewer.gui.configure_theme(control_width="medium", show_logo=False, show_share_button=False, brand_color=BRAND)
-        viewer.gui.set_panel_label(TITLE)
-        viewer.gui.main_panel.dock_right()
-        viewer.gui.main_panel.set_width(PANEL_WIDTH_PX)
-        viewer.scene.set_up_direction("+z")
-        camera = viewer.initial_camera
+        set_theme(self.viewer, TITLE, PANEL_WIDTH_PX)
+        camera = self.viewer.initial_camera
         camera.position, camera.look_at, camera.fov = (4.7, -2.9, 1.5), (0.0, 0.0, 0.5), 0.62  # above the timeline
 
     def _enter(self, client: viser.ClientHandle) -> None:

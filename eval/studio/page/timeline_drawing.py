@@ -10,10 +10,10 @@ import numpy as np
 from datasets.motion.clip import FPS
 from eval.clean.edits import FEET
 from eval.clean.result import CleaningResult
-from eval.studio.scene.colours import AFTER, FOOT_COLOURS, UNSURE, in_css
 from eval.studio.state.contact_bars import ContactTrack
 from eval.studio.state.playback import Playback
 from eval.studio.state.timeline_window import Window
+from eval.viewer.colours import AFTER, FOOT_COLOURS, UNSURE, in_css
 
 LABEL_EM = 7.25  # width of the labels at the left of viser's inputs
 _EDGE = "calc(0.1em + 10px)"  # of viser's inputs at the right, and left of their label

@@ -6,8 +6,8 @@ import numpy as np
 import viser
 
 from datasets.motion.humanoid import BODIES, BODY_NAMES
-from eval.studio.scene.colours import Colour
-from eval.studio.scene.mannequin import body_meshes
+from eval.viewer.colours import Colour
+from eval.viewer.mannequin import body_meshes
 
 
 class HumanoidFigure:

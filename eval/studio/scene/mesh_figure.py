@@ -3,8 +3,8 @@
 import numpy as np
 import viser
 
-from eval.studio.scene.colours import Colour
 from eval.studio.scene.mesh_poses import RestMesh
+from eval.viewer.colours import Colour
 
 _NO_TURN = (1.0, 0.0, 0.0, 0.0)
 

@@ -5,7 +5,7 @@ import viser
 
 from datasets.motion.rotation import normalise
 from datasets.motion.skeleton import Skeleton
-from eval.studio.scene.colours import Colour
+from eval.viewer.colours import Colour
 
 MIN_BONE_M = 0.004  # of a bone that is drawn
 _WIDTH_SHARE, _MIN_WIDTH_M, _MAX_WIDTH_M = 0.2, 0.012, 0.055  # of a bone's length, and its limits

@@ -12,13 +12,14 @@ from scipy.ndimage import gaussian_filter1d
 from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES, HEAD_BODY
 from datasets.motion.rotation import heading
 from eval.studio.scene.clip_tracks import ClipTracks
-from eval.studio.scene.colours import AFTER, BEFORE, CENTRE_OF_MASS, FOOT_COLOURS, FOOT_OF_BODY, MISALIGNED, UNSURE, Colour, blend
-from eval.studio.scene.ground_marks import add_footprints, add_ground, add_lights
+from eval.studio.scene.footprints import add_footprints
 from eval.studio.scene.humanoid_figure import HumanoidFigure
 from eval.studio.scene.mesh_figure import MeshFigure
 from eval.studio.scene.mesh_poses import rest_mesh
 from eval.studio.scene.skeleton_figure import SkeletonFigure
 from eval.studio.state.view_options import GHOST, HUMANOID, MESH, ONLY_AFTER, ONLY_BEFORE, SIDE_BY_SIDE, SKELETON, ViewOptions
+from eval.viewer.colours import AFTER, BEFORE, CENTRE_OF_MASS, FOOT_COLOURS, FOOT_OF_BODY, MISALIGNED, UNSURE, Colour, blend
+from eval.viewer.ground import add_ground, add_lights
 
 WORLD = "/world"
 _NAMES = {"before": "recorded", "after": "cleaned"}

@@ -117,8 +117,11 @@ def test_replay_and_recording(model: Path, clip: Path, tmp_path: Path, capsys: p
     assert (cleaned.names, cleaned.values.shape) == (bvh.names, bvh.values.shape)
 
 
-def test_stop_in_the_midst_of_a_session_saves_it(model: Path, clip: Path, tmp_path: Path) -> None:
-    with started("--model", str(model), "--record", str(tmp_path)) as (process, port), ThreadPoolExecutor(1) as pool:
+def test_stop_in_the_midst_of_a_session_saves_it_and_ends_the_page(model: Path, clip: Path, tmp_path: Path) -> None:
+    with socket.create_server((HOST, 0)) as free:
+        page_port = free.getsockname()[1]
+    arguments = ("--model", str(model), "--record", str(tmp_path), "--page-port", str(page_port))
+    with started(*arguments) as (process, port), ThreadPoolExecutor(1) as pool:
         trackers = replay_as_trackers(load_clips(clip, fps=45.0)[0], 1.7, 0).trackers
         playing = pool.submit(lambda: asyncio.run(play(trackers, "127.0.0.1", port)))  # 8 s
         end = time.monotonic() + 20.0
@@ -128,6 +131,9 @@ def test_stop_in_the_midst_of_a_session_saves_it(model: Path, clip: Path, tmp_pa
         time.sleep(0.5)
         out = stopped(process, signal.SIGINT)
         assert playing.result(30.0).messages == ["the service stops"]
+    assert f"page: http://127.0.0.1:{page_port}/" in out
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection((HOST, page_port)).close()
     (file,) = tmp_path.iterdir()
     assert f"saved {file}" in out
     assert 1 < len(read_bvh(file).values) < len(trackers.positions) - 90

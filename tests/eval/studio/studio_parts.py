@@ -15,9 +15,9 @@ from datasets.motion.skeleton import forward_kinematics
 from datasets.performer.performer_clip import read_performer_file
 from datasets.performer.reading_options import ReadingOptions
 from eval.clean.pipeline import CleaningPipeline
-from eval.studio.scene.mannequin import body_meshes
 from eval.studio.state import project
 from eval.studio.state.workspace import Workspace
+from eval.viewer.mannequin import body_meshes
 from tests.builders import MIXAMO, TO_Y_UP, as_bvh, joint_name
 from tests.eval.clean.clean_parts import simulator, standing
 

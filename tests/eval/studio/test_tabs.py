@@ -12,8 +12,9 @@ from eval.clean.edits import LEFT, ContactEdit, Edits
 from eval.studio.page.view_panel import ViewPanel
 from eval.studio.state.view_options import FIGURES, GHOST, HUMANOID, MESH, SIDE_BY_SIDE
 from eval.studio.studio_server import StudioServer
-from tests.eval.studio.open_tab import tab, wait
+from tests.eval.studio.open_tab import tab
 from tests.eval.studio.studio_parts import dress_clips, workspace, write_clip
+from tests.eval.viewer.viewer_parts import wait
 
 MESH_NODE = "/world/before mesh/skin"
 

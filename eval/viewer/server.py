@@ -1,6 +1,7 @@
-"""The page's server: viser on the loopback alone, which answers nobody but pages of its own."""
+"""The server of a page: viser on the loopback alone, which answers nobody but pages of its own."""
 
 import http
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stdout
 from io import StringIO
@@ -25,6 +26,7 @@ def open_server(port: int) -> viser.ViserServer:
     Raises:
         RunError: If requests cannot be checked, as with another viser than the one that this was written for.
     """
+    warnings.filterwarnings("ignore", "Queued a .* on a closed connection", UserWarning)  # a tab may close at any time
     with _checked_requests() as is_checked, redirect_stdout(StringIO()):  # viser prints addresses in a frame of its own
         server = viser.ViserServer(LOOPBACK, port, verbose=False)
     if not is_checked():

@@ -6,9 +6,8 @@ from collections.abc import Iterator
 import pytest
 import viser
 
-from eval.studio.server import LOOPBACK, open_server
-
-UPGRADE = "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n"
+from eval.viewer.server import open_server
+from tests.eval.viewer.viewer_parts import UPGRADE, status
 
 
 @pytest.fixture(scope="module")
@@ -17,13 +16,6 @@ def port() -> Iterator[int]:
     server = open_server(0)
     yield server.get_port()
     server.stop()
-
-
-def status(port: int, head: str) -> int:
-    """Send a request and return the status of the answer."""
-    with socket.create_connection((LOOPBACK, port), timeout=5.0) as connection:
-        connection.sendall(f"GET / HTTP/1.1\r\n{head}\r\n".encode())
-        return int(connection.recv(4096).split(b" ")[1])
 
 
 def test_its_own_page_is_answered(port: int) -> None:
