@@ -1,4 +1,4 @@
-"""Variation of how somebody stands and walks: the pelvis moved over feet that stay where they are, and legs turned out, as dancers turn them.
+"""Variation of how somebody stands and walks: the pelvis moved over feet that stay, and legs turned out, as dancers turn them.
 
 T frames at 60 fps or another rate.
 """
