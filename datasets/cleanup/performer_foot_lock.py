@@ -55,8 +55,8 @@ def _move_feet(motion: Motion, retargeted: Retargeted, moved: np.ndarray) -> Mot
 
     def block(part: slice) -> tuple[np.ndarray, ...]:
         own = motion.cut(part.start, part.stop)
-        joints, steps = joint_poses(own)[0], retargeted.to_performer_world(moved[part])
-        ankles = {foot: joints[:, retargeted.performer_clip.joint_map[foot]] + steps[:, side] for side, foot in enumerate(feet)}
+        joints, steps = joint_poses(own, _ankle_joints(retargeted))[0], retargeted.to_performer_world(moved[part])
+        ankles = {foot: joints[:, side] + steps[:, side] for side, foot in enumerate(feet)}
         return (solve_leg_ik(own, retargeted, ankles).local_rotations,)
 
     return replace(motion, local_rotations=by_blocks(block, len(motion))[0])
@@ -77,7 +77,7 @@ def _soles(motion: Motion, retargeted: Retargeted, usual: tuple[float, float]) -
     def block(part: slice) -> tuple[np.ndarray, ...]:
         own = motion.cut(part.start, part.stop)
         positions, rotations = body_poses(retarget_with(retargeted, own))
-        off = _ankle_offsets(own, retargeted, positions)
+        off = _ankle_offsets(own, retargeted, positions[:, _ANKLES])
         off[..., 2] -= usual
         soles, every = sole_points(positions, rotations), lowest_point_heights(positions, rotations)
         lowest = np.stack([every[:, list(pair)].min(axis=1) for pair in FOOT_AND_TOE_BODIES], axis=1)
@@ -94,7 +94,7 @@ def _usual_height_offsets(retargeted: Retargeted) -> tuple[float, float]:
 
     def block(part: slice) -> tuple[np.ndarray, ...]:
         own = retargeted.cut(part.start, part.stop)
-        return (_ankle_offsets(own.performer_clip.motion, own, body_poses(own.motion)[0]),)
+        return (_ankle_offsets(own.performer_clip.motion, own, body_poses(own.motion, _ANKLES)[0]),)
 
     off = by_blocks(block, len(retargeted.motion))[0]
     left, right = (
@@ -104,13 +104,17 @@ def _usual_height_offsets(retargeted: Retargeted) -> tuple[float, float]:
     return left, right
 
 
-def _ankle_offsets(motion: Motion, retargeted: Retargeted, positions: np.ndarray) -> np.ndarray:
+def _ankle_offsets(motion: Motion, retargeted: Retargeted, ankles: np.ndarray) -> np.ndarray:
     """Return the offsets (T, 2, 3) [m] from the 20 bodies' ankles to the performer's, in the size of the 20 bodies.
 
     Args:
         motion: Clip on the performer's skeleton.
         retargeted: Recorded clip.
-        positions: Origins of the 20 bodies in the same clip [m], shape (T, 20, 3).
+        ankles: Origins of the 20 bodies' feet in the same clip [m], shape (T, 2, 3).
     """
-    joints = [retargeted.performer_clip.joint_map[BODY_NAMES[ankle]] for ankle in _ANKLES]
-    return retargeted.to_humanoid_world(joint_poses(motion)[0][:, joints]) - positions[:, _ANKLES]
+    return retargeted.to_humanoid_world(joint_poses(motion, _ankle_joints(retargeted))[0]) - ankles
+
+
+def _ankle_joints(retargeted: Retargeted) -> list[int]:
+    """Return the performer's joints of the left and the right ankle."""
+    return [retargeted.performer_clip.joint_map[BODY_NAMES[ankle]] for ankle in _ANKLES]

@@ -70,4 +70,4 @@ def _rows(motion: Motion, frames: np.ndarray) -> dict[str, np.ndarray]:
 def _hips(motion: Motion, retargeted: Retargeted) -> np.ndarray:
     """Return the middle of the hips [m], shape (T, 3)."""
     joints = [retargeted.performer_clip.joint_map[f"thigh_{side}"] for side in "lr"]
-    return joint_poses(motion)[0][:, joints].mean(axis=1)
+    return joint_poses(motion, joints)[0].mean(axis=1)
