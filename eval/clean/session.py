@@ -18,6 +18,7 @@ from datasets.retarget.plausibility import find_implausible
 from datasets.retarget.read_as import describe_reading
 from datasets.retarget.retarget import retarget, retarget_with
 from datasets.retarget.transfer_back import to_performer_bvh, to_zero_ground
+from envs.physics.overlap_memory import OverlapMemory
 from eval.clean.apply_edits import (
     correct_misalignments,
     frames_of_quality,
@@ -40,6 +41,7 @@ from eval.clean.stage_memory import StageMemory
 from eval.clean.stages import repair_kinematically, simulate_grounded_spans
 
 MIN_REMEMBERED_S, REMEMBERED_CLIPS = 120.0, 4.0  # s of simulation that are remembered at least, and how many times the clip's length
+REMEMBERED_POSES = 16  # of each frame, in which overlaps were looked for: before and after each pass of their removal, and when it is done
 
 
 class CleaningCancelled(Exception):  # noqa: N818  # no error
@@ -102,7 +104,7 @@ class CleaningSession:
         self.start_s = self.performer.dropped_frames / self.performer.motion.fps
         read = (*self.performer.notices, *find_implausible(self.retargeted))
         self.notices, self.read_as = tuple(map(Notice, read)), describe_reading(self.retargeted)
-        self._memory = StageMemory()
+        self._memory, self._overlaps = StageMemory(), OverlapMemory(REMEMBERED_POSES * len(self.recorded))
         self._searches = SearchMemory(round(max(MIN_REMEMBERED_S * FPS, REMEMBERED_CLIPS * len(self.recorded))))
 
     @property
@@ -144,7 +146,9 @@ class CleaningSession:
         begin(REPAIRING)
         said = said_contacts(edits.contacts, *self._grid) if edits.contacts else None
         repaired = self._memory.result(
-            "repaired", (_pose_key(edits), edits.contacts), lambda: repair_kinematically(rooted, off_feet, poses.contacts, said)
+            "repaired",
+            (_pose_key(edits), edits.contacts),
+            lambda: repair_kinematically(rooted, off_feet, poses.contacts, said, self._overlaps),
         )
         begin(SIMULATING)
         simulated, stale = self._simulate(edits, repaired, off_feet, poses.contacts, physics, lambda share: begin(SIMULATING, share))
@@ -152,7 +156,7 @@ class CleaningSession:
         output = to_performer(placed.retargeted, simulated.motion, simulated.contacts, off_feet, edits, self.start_s)
         begin(COMPARING)
         stages = SolvedStages(placed, found_poses, poses, rooted, off_feet, repaired, simulated, stale, said)
-        told = compare_with_recording(stages, output, edits, self.name, self.start_s)
+        told = compare_with_recording(stages, output, edits, self.name, self.start_s, self._overlaps)
         return replace(told, notices=(*self.notices, *told.notices), read_as=self.read_as, damage=self.performer.damage)
 
     def write(self, result: CleaningResult) -> Bvh:
@@ -216,7 +220,7 @@ class CleaningSession:
             simulator = replace(simulator, search=search)
         without = frames_without(PHYSICS, edits.spans, *self._grid)
         parts = EditedSimulation(self._searches, without, frames_of_quality(edits.spans, *self._grid), physics)
-        return simulate_grounded_spans(simulator, repaired, off_feet, contacts, progress, parts), parts.stale
+        return simulate_grounded_spans(simulator, repaired, off_feet, contacts, progress, parts, self._overlaps), parts.stale
 
     @property
     def _grid(self) -> tuple[int, float, float]:

@@ -11,6 +11,7 @@ from datasets.motion.clip import FPS, BodyMotion, Motion
 from datasets.motion.frame_spans import true_spans
 from datasets.motion.kinematics import resample
 from datasets.retarget.retarget import Retargeted, retarget_with
+from envs.physics.overlap_memory import OverlapMemory
 from envs.physics.self_collision import find_overlaps
 from eval.clean.apply_edits import edited_contacts, frames_kept
 from eval.clean.edits import Edits
@@ -59,7 +60,9 @@ class SolvedStages(NamedTuple):
     said: np.ndarray | None
 
 
-def compare_with_recording(stages: SolvedStages, output: Motion, edits: Edits, name: str, start_s: float) -> CleaningResult:
+def compare_with_recording(
+    stages: SolvedStages, output: Motion, edits: Edits, name: str, start_s: float, memory: OverlapMemory
+) -> CleaningResult:
     """Return the result of a cleaning, without what is known from reading the file.
 
     Args:
@@ -68,6 +71,7 @@ def compare_with_recording(stages: SolvedStages, output: Motion, edits: Edits, n
         edits: What a person changed.
         name: Name of the clip.
         start_s: Time of its first frame in the file [s].
+        memory: Overlaps that were found in other versions of the clip.
     """
     placed, simulated, off_feet = stages.placed, stages.simulated, stages.off_feet
     cleaned = replace(resample(retarget_with(placed.retargeted, output), FPS), name=name)
@@ -77,7 +81,7 @@ def compare_with_recording(stages: SolvedStages, output: Motion, edits: Edits, n
         "physics": simulated.motion,
         "holding feet": cleaned,
     }
-    moved, overlaps = find_moved_spans(placed.recorded, after_stage, start_s), find_overlaps(cleaned, start_s)
+    moved, overlaps = find_moved_spans(placed.recorded, after_stage, start_s), find_overlaps(cleaned, start_s, memory)
     kept = frames_kept(edits.spans, len(cleaned), FPS, start_s)
     return CleaningResult(
         name=name,
