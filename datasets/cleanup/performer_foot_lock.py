@@ -1,5 +1,6 @@
 """Foot lock on the performer's own skeleton: feet that bear weight in the simulation are held by the legs, blended in and out."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +19,13 @@ _ANKLES = [foot for foot, _ in FOOT_AND_TOE_BODIES]
 
 
 def lock_performer_feet(
-    motion: Motion, retargeted: Retargeted, contacts: np.ndarray, level: np.ndarray, certain: np.ndarray | None = None
+    motion: Motion,
+    retargeted: Retargeted,
+    contacts: np.ndarray,
+    level: np.ndarray,
+    certain: np.ndarray | None = None,
+    usual: tuple[float, float] | None = None,
+    progress: Callable[[float], None] = lambda _: None,
 ) -> Motion:
     """Return the clip with feet that keep still on the ground while they stand, and are never below it.
 
@@ -30,11 +37,13 @@ def lock_performer_feet(
         contacts: Whether the left and the right foot bear weight, shape (T, 2); debounced here.
         certain: Frames and feet whose contacts count as they are, however short, shape (T, 2); none if None.
         level: Whether the ground is level in each frame, shape (T,); elsewhere it may be lower and no foot is lifted.
+        usual: What ``usual_height_offsets`` returned of the whole recording [m]; found here if None.
+        progress: Called with the share that is done, again and again.
 
     Returns:
         Same root, same orientation of the feet, other thighs and knees. A foot out of a leg's reach stays short of its place.
     """
-    usual = _usual_height_offsets(retargeted)
+    usual = usual or usual_height_offsets(retargeted)
     soles, sunk = _soles(motion, retargeted, usual)
     stands = debounce_contacts(contacts, motion.fps)
     if certain is not None:
@@ -43,8 +52,11 @@ def lock_performer_feet(
     lacking = np.maximum(sunk - moved[..., 2], 0.0)
     left = np.where(level[:, None], 0.0, lacking)
     moved[..., 2] += lacking - left
+    progress(1.0 / 3.0)
     motion = _move_feet(motion, retargeted, moved)  # of a long clip there is no room for the one before as well
+    progress(1.0 / 2.0)
     _, sunk = _soles(motion, retargeted, usual)  # toes that gave way to the ground are let go as a foot rises
+    progress(5.0 / 6.0)
     rise = np.maximum(sunk - left, 0.0)
     return _move_feet(motion, retargeted, rise[..., None] * np.array([0.0, 0.0, 1.0]))
 
@@ -71,7 +83,7 @@ def _soles(motion: Motion, retargeted: Retargeted, usual: tuple[float, float]) -
     Args:
         motion: Clip on the performer's skeleton.
         retargeted: Recorded clip.
-        usual: Usual height offsets of the left and the right ankle, from ``_usual_height_offsets`` [m].
+        usual: Usual height offsets of the left and the right ankle, from ``usual_height_offsets`` [m].
     """
 
     def block(part: slice) -> tuple[np.ndarray, ...]:
@@ -89,7 +101,7 @@ def _soles(motion: Motion, retargeted: Retargeted, usual: tuple[float, float]) -
     return soles, sunk
 
 
-def _usual_height_offsets(retargeted: Retargeted) -> tuple[float, float]:
+def usual_height_offsets(retargeted: Retargeted) -> tuple[float, float]:
     """Return the mean height [m] of the performer's left and right ankle over the 20 bodies' while the foot stands in the recording."""
 
     def block(part: slice) -> tuple[np.ndarray, ...]:

@@ -81,7 +81,7 @@ def with_ancestors(parents: tuple[int, ...], joints: Sequence[int]) -> list[int]
     for joint in joints:
         while joint not in needed:
             needed.add(joint)
-            joint = parents[joint]  # noqa: PLW2901
+            joint = parents[joint]
     return sorted(needed)
 
 

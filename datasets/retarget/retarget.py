@@ -121,7 +121,6 @@ def retarget_with(retargeted: Retargeted, motion: Motion) -> BodyMotion:
         retargeted: Retargeted clip whose transformation is used.
         motion: Clip on the same skeleton, in the same world; any number of frames.
     """
-
     joint_map = retargeted.performer_clip.joint_map
     places = {body: number for number, body in enumerate(joint_map)}
 

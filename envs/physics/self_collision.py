@@ -13,8 +13,8 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from datasets.cleanup.foot_contacts import debounce_labels
 from datasets.motion.clip import BodyMotion
-from datasets.motion.frozen_array import frozen
 from datasets.motion.frame_spans import true_spans
+from datasets.motion.frozen_array import frozen
 from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES, HINGES, body_in_words, hinge_angles, rotations_from_hinges, split_side
 from datasets.motion.kinematics import body_poses, clip_lowest_heights
 from envs.physics.humanoid_mjcf import build_overlap_model

@@ -122,6 +122,8 @@ class Tab:
         shown = (self.playback.time_s, self.playback.frame)
         if shown != self._drawn:
             self._drawn = shown
+            if self.project:
+                self.project.shown_s = self.playback.time_s
             with self.client.atomic():
                 self._stage.draw(self.playback.time_s)
         if self._since_time_s >= TIME_UPDATES_S:
