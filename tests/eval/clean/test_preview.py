@@ -61,9 +61,7 @@ def changed(one: BodyMotion, other: BodyMotion) -> np.ndarray:
     return np.flatnonzero(differ)
 
 
-def test_a_preview_is_near_its_edit_what_the_whole_will_be_and_elsewhere_what_was_shown(
-    long_clip: CleaningSession, shown: CleaningResult
-) -> None:
+def test_a_preview_is_the_whole_near_its_edit_and_elsewhere_what_was_shown(long_clip: CleaningSession, shown: CleaningResult) -> None:
     preview, whole = long_clip.preview(LIFTED, shown, Edits(), 0.0), long_clip.solve(LIFTED)
     assert preview
     assert preview.is_preview
