@@ -58,6 +58,7 @@ def test_an_edit_of_a_long_clip_is_seen_before_it_is_solved_and_what_is_saved_is
         seen: list[CleaningResult | None] = []
         stop = project.tell(lambda: seen.append(project.result))
         project.change(replace(SWINGS, without=(PHYSICS,)))
+        project.solver.wait()
         saved_one = project.solve_wholly()
         stop()
     previews = [result for result in seen if result and result.is_preview]
