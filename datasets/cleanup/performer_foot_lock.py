@@ -1,5 +1,6 @@
 """Foot lock on the performer's own skeleton: feet that bear weight in the simulation are held by the legs, blended in and out."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +19,13 @@ _ANKLES = [foot for foot, _ in FOOT_AND_TOE_BODIES]
 
 
 def lock_performer_feet(
-    motion: Motion, retargeted: Retargeted, contacts: np.ndarray, level: np.ndarray, certain: np.ndarray | None = None
+    motion: Motion,
+    retargeted: Retargeted,
+    contacts: np.ndarray,
+    level: np.ndarray,
+    certain: np.ndarray | None = None,
+    usual: tuple[float, float] | None = None,
+    progress: Callable[[float], None] = lambda _: None,
 ) -> Motion:
     """Return the clip with feet that keep still on the ground while they stand, and are never below it.
 
@@ -30,11 +37,13 @@ def lock_performer_feet(
         contacts: Whether the left and the right foot bear weight, shape (T, 2); debounced here.
         certain: Frames and feet whose contacts count as they are, however short, shape (T, 2); none if None.
         level: Whether the ground is level in each frame, shape (T,); elsewhere it may be lower and no foot is lifted.
+        usual: What ``usual_height_offsets`` returned of the whole recording [m]; found here if None.
+        progress: Called with the share that is done, again and again.
 
     Returns:
         Same root, same orientation of the feet, other thighs and knees. A foot out of a leg's reach stays short of its place.
     """
-    usual = _usual_height_offsets(retargeted)
+    usual = usual or usual_height_offsets(retargeted)
     soles, sunk = _soles(motion, retargeted, usual)
     stands = debounce_contacts(contacts, motion.fps)
     if certain is not None:
@@ -43,8 +52,11 @@ def lock_performer_feet(
     lacking = np.maximum(sunk - moved[..., 2], 0.0)
     left = np.where(level[:, None], 0.0, lacking)
     moved[..., 2] += lacking - left
+    progress(1.0 / 3.0)
     motion = _move_feet(motion, retargeted, moved)  # of a long clip there is no room for the one before as well
+    progress(1.0 / 2.0)
     _, sunk = _soles(motion, retargeted, usual)  # toes that gave way to the ground are let go as a foot rises
+    progress(5.0 / 6.0)
     rise = np.maximum(sunk - left, 0.0)
     return _move_feet(motion, retargeted, rise[..., None] * np.array([0.0, 0.0, 1.0]))
 
@@ -55,8 +67,8 @@ def _move_feet(motion: Motion, retargeted: Retargeted, moved: np.ndarray) -> Mot
 
     def block(part: slice) -> tuple[np.ndarray, ...]:
         own = motion.cut(part.start, part.stop)
-        joints, steps = joint_poses(own)[0], retargeted.to_performer_world(moved[part])
-        ankles = {foot: joints[:, retargeted.performer_clip.joint_map[foot]] + steps[:, side] for side, foot in enumerate(feet)}
+        joints, steps = joint_poses(own, _ankle_joints(retargeted))[0], retargeted.to_performer_world(moved[part])
+        ankles = {foot: joints[:, side] + steps[:, side] for side, foot in enumerate(feet)}
         return (solve_leg_ik(own, retargeted, ankles).local_rotations,)
 
     return replace(motion, local_rotations=by_blocks(block, len(motion))[0])
@@ -71,13 +83,13 @@ def _soles(motion: Motion, retargeted: Retargeted, usual: tuple[float, float]) -
     Args:
         motion: Clip on the performer's skeleton.
         retargeted: Recorded clip.
-        usual: Usual height offsets of the left and the right ankle, from ``_usual_height_offsets`` [m].
+        usual: Usual height offsets of the left and the right ankle, from ``usual_height_offsets`` [m].
     """
 
     def block(part: slice) -> tuple[np.ndarray, ...]:
         own = motion.cut(part.start, part.stop)
         positions, rotations = body_poses(retarget_with(retargeted, own))
-        off = _ankle_offsets(own, retargeted, positions)
+        off = _ankle_offsets(own, retargeted, positions[:, _ANKLES])
         off[..., 2] -= usual
         soles, every = sole_points(positions, rotations), lowest_point_heights(positions, rotations)
         lowest = np.stack([every[:, list(pair)].min(axis=1) for pair in FOOT_AND_TOE_BODIES], axis=1)
@@ -89,12 +101,12 @@ def _soles(motion: Motion, retargeted: Retargeted, usual: tuple[float, float]) -
     return soles, sunk
 
 
-def _usual_height_offsets(retargeted: Retargeted) -> tuple[float, float]:
+def usual_height_offsets(retargeted: Retargeted) -> tuple[float, float]:
     """Return the mean height [m] of the performer's left and right ankle over the 20 bodies' while the foot stands in the recording."""
 
     def block(part: slice) -> tuple[np.ndarray, ...]:
         own = retargeted.cut(part.start, part.stop)
-        return (_ankle_offsets(own.performer_clip.motion, own, body_poses(own.motion)[0]),)
+        return (_ankle_offsets(own.performer_clip.motion, own, body_poses(own.motion, _ANKLES)[0]),)
 
     off = by_blocks(block, len(retargeted.motion))[0]
     left, right = (
@@ -104,13 +116,17 @@ def _usual_height_offsets(retargeted: Retargeted) -> tuple[float, float]:
     return left, right
 
 
-def _ankle_offsets(motion: Motion, retargeted: Retargeted, positions: np.ndarray) -> np.ndarray:
+def _ankle_offsets(motion: Motion, retargeted: Retargeted, ankles: np.ndarray) -> np.ndarray:
     """Return the offsets (T, 2, 3) [m] from the 20 bodies' ankles to the performer's, in the size of the 20 bodies.
 
     Args:
         motion: Clip on the performer's skeleton.
         retargeted: Recorded clip.
-        positions: Origins of the 20 bodies in the same clip [m], shape (T, 20, 3).
+        ankles: Origins of the 20 bodies' feet in the same clip [m], shape (T, 2, 3).
     """
-    joints = [retargeted.performer_clip.joint_map[BODY_NAMES[ankle]] for ankle in _ANKLES]
-    return retargeted.to_humanoid_world(joint_poses(motion)[0][:, joints]) - positions[:, _ANKLES]
+    return retargeted.to_humanoid_world(joint_poses(motion, _ankle_joints(retargeted))[0]) - ankles
+
+
+def _ankle_joints(retargeted: Retargeted) -> list[int]:
+    """Return the performer's joints of the left and the right ankle."""
+    return [retargeted.performer_clip.joint_map[BODY_NAMES[ankle]] for ankle in _ANKLES]

@@ -1,5 +1,6 @@
 """Kinematics of a clip: body poses, velocities, centre of mass, lowest points, sole points, resampling."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -29,16 +30,16 @@ SOLE_POINT_OFFSETS = np.array(2 * [HEEL_OFFSET, TOE_BALL_OFFSET, TOE_TIP_OFFSET]
 _ROLL = 0.01  # m, above a foot's lowest sole point, within which another one still carries it: smoothly, so that feet can roll
 
 
-def body_poses(motion: BodyMotion) -> tuple[np.ndarray, np.ndarray]:
-    """Return the origins (T, 20, 3) [m] and rotations (T, 20, 4) of the 20 bodies in the world."""
+def body_poses(motion: BodyMotion, bodies: Sequence[int] | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Return the origins (T, N, 3) [m] and rotations (T, N, 4) in the world of N of the 20 bodies, of all if None."""
     offsets = np.broadcast_to(SKELETON.offsets, (len(motion), *SKELETON.offsets.shape)).copy()
     offsets[:, 0] = motion.root_position
-    return forward_kinematics(SKELETON.parents, offsets, motion.local_rotations)
+    return forward_kinematics(SKELETON.parents, offsets, motion.local_rotations, bodies)
 
 
-def joint_poses(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
-    """Return the positions (T, J, 3) [m] and rotations (T, J, 4) in the world of the joints of a performer's own skeleton."""
-    return forward_kinematics(motion.skeleton.parents, motion.local_positions, motion.local_rotations)
+def joint_poses(motion: Motion, joints: Sequence[int] | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Return the positions (T, N, 3) [m] and rotations (T, N, 4) in the world of N joints of a performer's own skeleton, of all if None."""
+    return forward_kinematics(motion.skeleton.parents, motion.local_positions, motion.local_rotations, joints)
 
 
 def linear_velocity(positions: np.ndarray, fps: float) -> np.ndarray:
@@ -96,7 +97,7 @@ def clip_lowest_heights(motion: BodyMotion) -> np.ndarray:
 
 def clip_sole_points(motion: BodyMotion) -> np.ndarray:
     """Return heel, ball and toe tip of both feet in each frame of a clip [m], shape (T, 2, 3, 3)."""
-    return by_blocks(lambda part: (sole_points(*body_poses(motion.cut(part.start, part.stop))),), len(motion))[0]
+    return by_blocks(lambda part: (_points_of_soles(*body_poses(motion.cut(part.start, part.stop), SOLE_BODIES)),), len(motion))[0]
 
 
 def sole_points(positions: np.ndarray, rotations: np.ndarray) -> np.ndarray:
@@ -106,7 +107,12 @@ def sole_points(positions: np.ndarray, rotations: np.ndarray) -> np.ndarray:
         positions: Origins of the 20 bodies [m], shape (..., 20, 3).
         rotations: Rotations of the 20 bodies in the world, wxyz, shape (..., 20, 4).
     """
-    points = positions[..., SOLE_BODIES, :] + rotate(rotations[..., SOLE_BODIES, :], SOLE_POINT_OFFSETS)
+    return _points_of_soles(positions[..., SOLE_BODIES, :], rotations[..., SOLE_BODIES, :])
+
+
+def _points_of_soles(positions: np.ndarray, rotations: np.ndarray) -> np.ndarray:
+    """Return the sole points (..., 2, 3, 3) from the poses of ``SOLE_BODIES``, (..., 6, 3) [m] and (..., 6, 4)."""
+    points = positions + rotate(rotations, SOLE_POINT_OFFSETS)
     return points.reshape(*points.shape[:-2], 2, 3, 3)
 
 

@@ -4,6 +4,7 @@ Quaternions are wxyz and of unit length; leading dimensions are free. Off the ho
 """
 
 import sys
+from collections.abc import Sequence
 from types import ModuleType
 from typing import Any
 
@@ -59,17 +60,18 @@ def multiply(a: Array, b: Array) -> Array:
     Returns:
         Quaternions, shape (..., 4).
     """
-    xp = array_namespace(a)
-    aw, ax, ay, az = a[..., 0], a[..., 1], a[..., 2], a[..., 3]
-    bw, bx, by, bz = b[..., 0], b[..., 1], b[..., 2], b[..., 3]
-    return xp.stack(
-        [
-            aw * bw - ax * bx - ay * by - az * bz,
-            aw * bx + ax * bw + ay * bz - az * by,
-            aw * by - ax * bz + ay * bw + az * bx,
-            aw * bz + ax * by - ay * bx + az * bw,
-        ],
-        axis=-1,
+    one, other = ((q[..., 0], q[..., 1], q[..., 2], q[..., 3]) for q in (a, b))
+    return array_namespace(a).stack(multiply_components(one, other), axis=-1)
+
+
+def multiply_components(a: Sequence[Array], b: Sequence[Array]) -> tuple[Array, Array, Array, Array]:
+    """Return the four components (...) of the Hamilton product from the four of each quaternion."""
+    (aw, ax, ay, az), (bw, bx, by, bz) = a, b
+    return (
+        aw * bw - ax * bx - ay * by - az * bz,
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
     )
 
 
@@ -80,10 +82,14 @@ def conjugate(q: Array) -> Array:
 
 def cross(a: Array, b: Array) -> Array:
     """Return the cross products of vectors of shape (..., 3); much quicker than ``numpy.cross`` on small arrays."""
-    xp = array_namespace(a)
-    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
-    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
-    return xp.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
+    one, other = ((v[..., 0], v[..., 1], v[..., 2]) for v in (a, b))
+    return array_namespace(a).stack(_cross_components(one, other), axis=-1)
+
+
+def _cross_components(a: Sequence[Array], b: Sequence[Array]) -> tuple[Array, Array, Array]:
+    """Return the three components (...) of the cross product from the three of each vector."""
+    (ax, ay, az), (bx, by, bz) = a, b
+    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
 def rotate(q: Array, v: Array) -> Array:
@@ -91,6 +97,13 @@ def rotate(q: Array, v: Array) -> Array:
     u = q[..., 1:]
     t = 2.0 * cross(u, v)
     return v + q[..., :1] * t + cross(u, t)
+
+
+def rotate_components(q: Sequence[Array], v: Sequence[Array]) -> tuple[Array, ...]:
+    """Return the three components (...) of vectors rotated by quaternions, from the three and the four: ``rotate`` without its copies."""
+    w, u = q[0], q[1:]
+    t = tuple(2.0 * one for one in _cross_components(u, v))
+    return tuple(own + w * turned + across for own, turned, across in zip(v, t, _cross_components(u, t), strict=True))
 
 
 def normalise(q: Array) -> Array:

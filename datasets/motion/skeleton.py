@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from datasets.motion.frame_blocks import by_blocks
-from datasets.motion.rotation import multiply, rotate
+from datasets.motion.rotation import multiply_components, rotate_components
 
 
 @dataclass(frozen=True)
@@ -40,22 +40,49 @@ class Skeleton:
         return [j for j, p in enumerate(self.parents) if p == joint]
 
 
-def forward_kinematics(parents: tuple[int, ...], local_positions: np.ndarray, local_rotations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the positions and rotations of every joint in the world.
+def forward_kinematics(
+    parents: tuple[int, ...], local_positions: np.ndarray, local_rotations: np.ndarray, joints: Sequence[int] | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the positions and rotations of joints in the world.
 
     Args:
         parents: Index of the parent of each of the J joints, root first.
         local_positions: Position of each joint in its parent's frame, of the root in the world [m], shape (..., J, 3).
         local_rotations: Rotation of each joint relative to its parent, of the root to the world, wxyz, shape (..., J, 4).
+        joints: Joints that are wanted, N of them; all if None. What carries none of them, such as fingers, costs no time.
 
     Returns:
-        Positions (..., J, 3) [m] and rotations (..., J, 4), wxyz.
+        Positions (..., N, 3) [m] and rotations (..., N, 4), wxyz.
     """
-    positions, rotations = np.array(local_positions), np.array(local_rotations)
-    for joint, parent in enumerate(parents[1:], start=1):
-        positions[..., joint, :] = positions[..., parent, :] + rotate(rotations[..., parent, :], local_positions[..., joint, :])
-        rotations[..., joint, :] = multiply(rotations[..., parent, :], local_rotations[..., joint, :])
-    return positions, rotations
+    needed = range(len(parents)) if joints is None else with_ancestors(parents, joints)
+    row = {joint: number for number, joint in enumerate(needed)}
+    # Component by component and joint by joint: of long clips several times as quick as rows of all joints of a frame.
+    positions, rotations = (
+        np.array(np.moveaxis(local if joints is None else local[..., needed, :], (-2, -1), (0, 1)), order="C")
+        for local in (local_positions, local_rotations)
+    )
+    for joint in needed[1:]:
+        place, turn, parent = positions[row[joint]], rotations[row[joint]], row[parents[joint]]
+        turned = rotate_components(rotations[parent], place)
+        for axis, moved in enumerate(turned):
+            place[axis] = positions[parent, axis] + moved
+        for number, component in enumerate(multiply_components(rotations[parent], turn)):
+            turn[number] = component
+    wanted = slice(None) if joints is None else [row[joint] for joint in joints]
+    return (
+        np.ascontiguousarray(np.moveaxis(positions[wanted], (0, 1), (-2, -1))),
+        np.ascontiguousarray(np.moveaxis(rotations[wanted], (0, 1), (-2, -1))),
+    )
+
+
+def with_ancestors(parents: tuple[int, ...], joints: Sequence[int]) -> list[int]:
+    """Return joints and all that carry them, the root first."""
+    needed = {0}
+    for joint in joints:
+        while joint not in needed:
+            needed.add(joint)
+            joint = parents[joint]
+    return sorted(needed)
 
 
 def joint_tracks(
@@ -74,8 +101,7 @@ def joint_tracks(
     """
 
     def block(part: slice) -> tuple[np.ndarray, ...]:
-        positions, rotations = forward_kinematics(parents, local_positions[part], local_rotations[part])
-        return positions[:, joints], rotations[:, joints]
+        return forward_kinematics(parents, local_positions[part], local_rotations[part], joints)
 
     positions, rotations = by_blocks(block, len(local_rotations))
     return positions, rotations

@@ -10,6 +10,7 @@ from datasets.joints.joint_tree import ancestors, torso_root
 from datasets.motion.clip import Motion
 from datasets.motion.kinematics import joint_poses
 from datasets.motion.rotation import conjugate, multiply, rotate
+from datasets.motion.skeleton import with_ancestors
 from datasets.performer.performer_clip import PerformerClip
 from datasets.retarget.retarget import Retargeted
 
@@ -22,12 +23,13 @@ def set_world_rotations(motion: Motion, turned: dict[int, np.ndarray]) -> Motion
         turned: Joint -> new rotations in the world, wxyz, shape (T, 4).
     """
     parents, local = motion.skeleton.parents, motion.local_rotations.copy()
-    world: list[np.ndarray] = []
-    for joint, parent in enumerate(parents):
+    world: dict[int, np.ndarray] = {}
+    for joint in with_ancestors(parents, list(turned)):
+        parent = parents[joint]
         if joint not in turned:
-            world.append(multiply(world[parent], local[:, joint]) if parent >= 0 else local[:, joint])
+            world[joint] = multiply(world[parent], local[:, joint]) if parent >= 0 else local[:, joint]
             continue
-        world.append(turned[joint])
+        world[joint] = turned[joint]
         local[:, joint] = multiply(conjugate(world[parent]), turned[joint]) if parent >= 0 else turned[joint]
     return replace(motion, local_rotations=local)
 
@@ -54,7 +56,7 @@ def translate_hips(motion: Motion, carrier: int, moved: np.ndarray) -> Motion:
     """Return the clip with the joint ``carrier``, the hips or one above them, displaced by ``moved`` (T, 3) [m] in the world."""
     local, parents = motion.local_positions.copy(), motion.skeleton.parents
     if parents[carrier] >= 0:
-        moved = rotate(conjugate(joint_poses(motion)[1][:, parents[carrier]]), moved)
+        moved = rotate(conjugate(joint_poses(motion, [parents[carrier]])[1][:, 0]), moved)
     local[:, carrier] += moved
     return replace(motion, local_positions=local)
 
@@ -67,13 +69,14 @@ def solve_leg_ik(motion: Motion, retargeted: Retargeted, ankles: dict[str, np.nd
         retargeted: Retargeted recording of the performer, with joint mapping and bend axes of the knees.
         ankles: "foot_l", "foot_r" -> positions in the performer's world [m], shape (T, 3); a leg too short stays short of them.
     """
-    positions, rotations = joint_poses(motion)
-    joint_map, turned = retargeted.performer_clip.joint_map, {}
+    turned: dict[int, np.ndarray] = {}
     for foot, target in ankles.items():
-        thigh, shin = (f"{limb}_{foot[-1]}" for limb in ("thigh", "shin"))
-        hip, knee, ankle = (positions[:, joint_map[body]] for body in (thigh, shin, foot))
-        axis = np.broadcast_to(retargeted.calibration.axes[thigh], hip.shape)
-        turns = solve_two_bone_ik(knee - hip, ankle - knee, target - hip, rotate(rotations[:, joint_map[thigh]], axis))
-        turned |= {joint_map[body]: multiply(turn, rotations[:, joint_map[body]]) for body, turn in zip((thigh, shin), turns, strict=True)}
-        turned[joint_map[foot]] = rotations[:, joint_map[foot]]
+        leg = [f"{limb}_{foot[-1]}" for limb in ("thigh", "shin", "foot")]
+        joints = [retargeted.performer_clip.joint_map[body] for body in leg]
+        positions, rotations = (np.moveaxis(track, 1, 0) for track in joint_poses(motion, joints))
+        hip, knee, ankle = positions
+        axis = np.broadcast_to(retargeted.calibration.axes[leg[0]], hip.shape)
+        turns = solve_two_bone_ik(knee - hip, ankle - knee, target - hip, rotate(rotations[0], axis))
+        turned |= {joint: multiply(turn, rotation) for joint, turn, rotation in zip(joints[:2], turns, rotations[:2], strict=True)}
+        turned[joints[2]] = rotations[2]
     return set_world_rotations(motion, turned)

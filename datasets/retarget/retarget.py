@@ -121,9 +121,11 @@ def retarget_with(retargeted: Retargeted, motion: Motion) -> BodyMotion:
         retargeted: Retargeted clip whose transformation is used.
         motion: Clip on the same skeleton, in the same world; any number of frames.
     """
+    joint_map = retargeted.performer_clip.joint_map
+    places = {body: number for number, body in enumerate(joint_map)}
 
     def block(part: slice) -> tuple[np.ndarray, ...]:
-        world = _world(*joint_poses(motion.cut(part.start, part.stop)), retargeted.performer_clip.joint_map, retargeted.scale)
+        world = _world(*joint_poses(motion.cut(part.start, part.stop), list(joint_map.values())), places, retargeted.scale)
         root, local = _to_origin(*_body_pose(world, retargeted.calibration), retargeted.origin, retargeted.yaw)
         return root + np.array([0.0, 0.0, retargeted.lift]), local, world.positions["pelvis"]
 

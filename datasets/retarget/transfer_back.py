@@ -76,14 +76,15 @@ def _transfer(retargeted: Retargeted, after: BodyMotion, shift: np.ndarray, carr
     def of(what: np.ndarray, body: str) -> np.ndarray:
         return what[:, BODY_NAMES.index(body)]
 
-    positions, rotations = joint_poses(motion)
-    hips = 0.5 * (positions[:, joint_map["thigh_l"]] + positions[:, joint_map["thigh_r"]])
     torso = torso_root(joint_map, motion.skeleton.parents)  # of pelvis and spine, where they hang beside each other
-    from_hips = positions[:, torso] - hips
+    joints = sorted({torso, *joint_map.values()})
+    positions, rotations = (dict(zip(joints, np.moveaxis(track, 1, 0), strict=True)) for track in joint_poses(motion, joints))
+    hips = 0.5 * (positions[joint_map["thigh_l"]] + positions[joint_map["thigh_r"]])
+    from_hips = positions[torso] - hips
     pelvis = 0.5 * (of(moved, "thigh_l") + of(moved, "thigh_r")) + rotate(of(changes, "pelvis"), from_hips) - from_hips
-    turned = {joint: multiply(of(changes, body), rotations[:, joint]) for body, joint in joint_map.items()}
-    turned.setdefault(torso, multiply(of(changes, "pelvis"), rotations[:, torso]))
-    ankles = {foot: positions[:, joint_map[foot]] + of(moved, foot) for foot in ("foot_l", "foot_r")}
+    turned = {joint: multiply(of(changes, body), rotations[joint]) for body, joint in joint_map.items()}
+    turned.setdefault(torso, multiply(of(changes, "pelvis"), rotations[torso]))
+    ankles = {foot: positions[joint_map[foot]] + of(moved, foot) for foot in ("foot_l", "foot_r")}
     return solve_leg_ik(set_world_rotations(translate_hips(motion, carrier, pelvis), turned), retargeted, ankles)
 
 

@@ -14,9 +14,11 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from datasets.cleanup.foot_contacts import debounce_labels
 from datasets.motion.clip import BodyMotion
 from datasets.motion.frame_spans import true_spans
+from datasets.motion.frozen_array import frozen
 from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES, HINGES, body_in_words, hinge_angles, rotations_from_hinges, split_side
 from datasets.motion.kinematics import body_poses, clip_lowest_heights
 from envs.physics.humanoid_mjcf import build_overlap_model
+from envs.physics.overlap_memory import OverlapMemory
 
 # Compliance of hinges: that of arms is higher than that of legs, which stand; back, collars, head and feet keep their angles.
 JOINT_COMPLIANCE = {"upper_arm": 1.0, "forearm": 1.0, "thigh": 0.1, "shin": 0.1}
@@ -38,6 +40,7 @@ _LIMBS = [[BODY_NAMES.index(f"{part}_{side}") for part in parts] for parts in _L
 _LEGS = _LIMBS[2:]
 _BODY_OF_HINGE = np.array([body for body, _ in HINGES])
 _OF_LEGS = np.isin(_BODY_OF_HINGE, np.concat(_LEGS))
+_NO_CHANGE = frozen(np.zeros(len(HINGES)))
 
 
 @dataclass(frozen=True)
@@ -62,15 +65,16 @@ class Overlap:
         return f"{one} in {other} by {self.depth_mm:.0f} mm at {self.start_s:.1f} to {self.stop_s:.1f} s"
 
 
-def remove_self_penetration(motion: BodyMotion) -> BodyMotion:
+def remove_self_penetration(motion: BodyMotion, memory: OverlapMemory | None = None) -> BodyMotion:
     """Return the clip with limbs that neither pass through each other nor through the trunk, as far as a small shift can do it.
 
     Args:
         motion: Clip of any rate, on its ground; its root, back and collars keep their pose.
+        memory: What was found in other versions of the clip, whose poses are then not searched again.
 
     Source: damped least squares on the contacts that MuJoCo detects in each pose.
     """
-    body, poses, bearing = _Body(), _generalised_positions(motion), _bearing_legs(motion)
+    body, poses, bearing = _Body(memory), _generalised_positions(motion), _bearing_legs(motion)
     decay, reach = np.exp(-1.0 / (CORRECTION_DECAY_S * motion.fps)), round(MAX_REACH_S * motion.fps)
     own, seen = poses[:, 7:].copy(), np.ones(len(poses), dtype=bool)
     for _ in range(NUM_PASSES):
@@ -84,9 +88,9 @@ def remove_self_penetration(motion: BodyMotion) -> BodyMotion:
     return _without_far_shifts(motion, poses[:, 7:], changed) if changed.any() else motion
 
 
-def find_overlaps(motion: BodyMotion, start_s: float = 0.0) -> tuple[Overlap, ...]:
+def find_overlaps(motion: BodyMotion, start_s: float = 0.0, memory: OverlapMemory | None = None) -> tuple[Overlap, ...]:
     """Return the spans of a clip that begins at a time [s] in which bodies overlap by ``MIN_TOLD_OVERLAP_M`` or more, the deepest first."""
-    depths = overlap_depths(motion)
+    depths = overlap_depths(motion, memory)
     gap = round(MERGED_GAP_S * motion.fps) + 1
     found = []
     for pair, depth in depths.items():
@@ -96,9 +100,9 @@ def find_overlaps(motion: BodyMotion, start_s: float = 0.0) -> tuple[Overlap, ..
     return tuple(sorted(found, key=lambda overlap: -overlap.depth_mm))
 
 
-def overlap_depths(motion: BodyMotion) -> dict[tuple[str, str], np.ndarray]:
+def overlap_depths(motion: BodyMotion, memory: OverlapMemory | None = None) -> dict[tuple[str, str], np.ndarray]:
     """Return how deep the shapes of each pair of bodies that ever do overlap [m], shape (T,), by the names of both."""
-    return _Body().depths(_generalised_positions(motion))
+    return _Body(memory).depths(_generalised_positions(motion))
 
 
 def _generalised_positions(motion: BodyMotion) -> np.ndarray:
@@ -158,7 +162,8 @@ def _extend_peaks(away: np.ndarray, width: float) -> np.ndarray:
 class _Body:
     """The posed humanoid and its overlapping shapes."""
 
-    def __init__(self) -> None:
+    def __init__(self, memory: OverlapMemory | None) -> None:
+        self._memory = memory or OverlapMemory(0)
         self._model = build_overlap_model()
         of_world = self._model.geom_bodyid == 0  # the ground, on which feet stand in most frames: no part of the body
         self._model.geom_contype[of_world] = self._model.geom_conaffinity[of_world] = 0
@@ -173,12 +178,15 @@ class _Body:
         """Return how deep the shapes of each pair of bodies overlap that ever do [m], shape (T,), for poses (T, 50)."""
         found: dict[tuple[str, str], np.ndarray] = {}
         for frame, pose in enumerate(poses):
-            self._data.qpos[:] = pose
-            for bodies, depth, _ in self._contacts():
-                pair = (BODY_NAMES[bodies[1]], BODY_NAMES[bodies[0]])
+            for pair, depth in self._memory.result(self._depths, pose):
                 track = found.setdefault(pair, np.zeros(len(poses)))
                 track[frame] = max(track[frame], depth)
         return found
+
+    def _depths(self, pose: np.ndarray) -> list[tuple[tuple[str, str], float]]:
+        """Return the names of both bodies and the depth [m] of each contact of a pose (50,)."""
+        self._data.qpos[:] = pose
+        return [((BODY_NAMES[bodies[1]], BODY_NAMES[bodies[0]]), depth) for bodies, depth, _ in self._contacts()]
 
     def corrections(self, poses: np.ndarray, bearing: np.ndarray, decay: float, seen: np.ndarray) -> np.ndarray:
         """Return the changes of the hinges that end the overlaps of poses [rad], shape (T, 43); zero where nothing overlaps nearby.
@@ -189,24 +197,23 @@ class _Body:
             decay: Share of the previous frame's change from which each begins.
             seen: Frames that may overlap, shape (T,); in others nothing does.
         """
-        away, change = np.zeros((len(poses), len(HINGES))), np.zeros(len(HINGES))
-        for frame, (look, rests) in enumerate(zip(seen.tolist(), bearing.tolist(), strict=True)):
-            if look or change.any():
-                change = self._correction(poses[frame], {2 + leg for leg in range(2) if rests[leg]}, decay * change)
-                if np.abs(change).max() < NEGLIGIBLE_CHANGE_RAD:
-                    change = np.zeros_like(change)
-                away[frame] = change
+        away, change = np.zeros((len(poses), len(HINGES))), _NO_CHANGE
+        is_moved = False
+        for frame, look in enumerate(seen.tolist()):
+            if look or is_moved:
+                change = self._memory.result(self._correction, poses[frame], bearing[frame], decay * change)
+                away[frame], is_moved = change, change is not _NO_CHANGE
         return away
 
-    def _correction(self, pose: np.ndarray, resting: set[int], change: np.ndarray) -> np.ndarray:
+    def _correction(self, pose: np.ndarray, bearing: np.ndarray, change: np.ndarray) -> np.ndarray:
         """Return the change of the hinges that ends the overlaps of a pose [rad], starting from ``change``, shape (43,).
 
         Args:
             pose: Generalised position, shape (50,).
-            resting: Indices in ``_LIMBS`` of the legs that stand or rest on the ground.
+            bearing: Whether the left and the right leg stand or rest on the ground, shape (2,).
             change: Change to start from [rad], shape (43,).
         """
-        data, start = self._data, pose[7:]
+        data, start, resting = self._data, pose[7:], {2 + int(leg) for leg in np.flatnonzero(bearing)}
         data.qpos[:] = pose
         data.qpos[7:] += change
         for _ in range(MAX_ITERATIONS):
@@ -215,7 +222,8 @@ class _Body:
                 break
             weighted = rows * self._compliance
             data.qpos[7:] += weighted.T @ np.linalg.solve(weighted @ rows.T + DAMPING * np.eye(len(rows)), depths)
-        return data.qpos[7:] - start
+        change = data.qpos[7:] - start
+        return _NO_CHANGE if np.abs(change).max() < NEGLIGIBLE_CHANGE_RAD else change
 
     def _overlaps(self, resting: set[int]) -> tuple[np.ndarray, np.ndarray]:
         """Return the Jacobians of the distances of overlapping pairs (P, 43) [m/rad], and the distances to gain (P,) [m]."""

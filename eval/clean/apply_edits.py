@@ -9,12 +9,13 @@ from dataclasses import replace
 import numpy as np
 
 from agents.restore.restore import correct_clip
-from datasets.motion.clip import BodyMotion, Motion
+from datasets.motion.clip import FPS, BodyMotion, Motion
 from datasets.motion.curves import smooth_step
 from datasets.motion.frame_spans import true_spans
 from datasets.motion.humanoid import BODY_COUNT, BODY_NAMES
 from datasets.motion.rotation import normalise
-from eval.clean.edits import FEET, ContactEdit, MisalignmentEdit, SpanEdit
+from eval.clean.edits import FEET, RESTORE, ContactEdit, Edits, MisalignmentEdit, SpanEdit
+from eval.clean.restored_poses import FADE_S, blend_poses
 
 UNSAID, LIFTED, STANDS = -1, 0, 1  # what a person said of a foot in a frame
 KEEP_FADE_S = 0.25  # s, before and after a kept span, over which the cleaned clip goes over into the recorded one
@@ -107,6 +108,21 @@ def blend_rotations(one: np.ndarray, two: np.ndarray, share: np.ndarray) -> np.n
     """Return rotations (..., 4) that are the first where the share is 0, the second where it is 1, and blended in between."""
     near = np.where(np.sum(one * two, axis=-1, keepdims=True) < 0.0, -two, two)
     return normalise(one + share * (near - one))
+
+
+def edit_poses(motion: BodyMotion, recorded: BodyMotion, edits: Edits, grid: tuple[int, float, float]) -> BodyMotion:
+    """Return restored poses as a person edited them: as recorded where nothing is to be restored, and without misalignments that were seen.
+
+    Args:
+        motion: Clip with restored poses; the recorded one where they were left.
+        recorded: Clip as recorded.
+        edits: What a person changed.
+        grid: Number of frames, their rate [1/s] and the time of the first [s].
+    """
+    left = frames_without(RESTORE, edits.spans, *grid)
+    if left.any() and motion is not recorded:
+        motion = blend_poses(recorded, motion, 1.0 - share_beside(left, FADE_S * FPS))
+    return correct_misalignments(motion, edits.misalignments) if edits.misalignments else motion
 
 
 def correct_misalignments(motion: BodyMotion, edits: Sequence[MisalignmentEdit]) -> BodyMotion:

@@ -1,6 +1,6 @@
 """A cleaned clip on its performer's own skeleton: transferred back, feet locked, kept spans as they were recorded."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,11 +16,19 @@ from eval.clean.apply_edits import UNSAID, edited_contacts, frames_kept, keep_re
 from eval.clean.edits import Edits
 from eval.clean.stages import frame_mask
 
+TRANSFER_SHARE = 0.25  # of the time, after which a clip is transferred back; the rest is the feet's
 _LEVEL = np.array([1.0, 1.0, 0.0])
 
 
 def to_performer(
-    retargeted: Retargeted, cleaned: BodyMotion, contacts: np.ndarray, off_feet: Sequence[OffFeetSpan], edits: Edits, start_s: float
+    retargeted: Retargeted,
+    cleaned: BodyMotion,
+    contacts: np.ndarray,
+    off_feet: Sequence[OffFeetSpan],
+    edits: Edits,
+    start_s: float,
+    usual: tuple[float, float] | None = None,
+    progress: Callable[[float], None] = lambda _: None,
 ) -> Motion:
     """Return a cleaned clip on its performer's skeleton at the recording's own rate, with locked feet and kept spans.
 
@@ -33,6 +41,8 @@ def to_performer(
         off_feet: Spans off level ground, at 60 fps.
         edits: What a person changed.
         start_s: Time of the first frame in the file [s].
+        usual: What ``usual_height_offsets`` returned of the whole recording [m]; found here if None.
+        progress: Called with the share that is done, again and again.
     """
     motion = resample_to(cleaned, len(retargeted.motion), retargeted.motion.fps)
     grid = len(motion), motion.fps, start_s
@@ -40,11 +50,16 @@ def to_performer(
     level = ~frame_mask(list(off_feet), len(contacts))[nearest]
     kept, said = frames_kept(edits.spans, *grid), said_contacts(edits.contacts, *grid)
     back = transfer_back(retargeted, motion)
+
+    def after_transfer(share: float = 0.0) -> None:
+        progress(TRANSFER_SHARE + (1.0 - TRANSFER_SHARE) * share)
+
+    after_transfer()
     if kept.any():
         back = _through_kept_places(back, retargeted, kept)
         said[kept] = UNSAID
     stands = edited_contacts(contacts[nearest], said) & ~kept[:, None]
-    locked = lock_performer_feet(back, retargeted, stands, level, (said != UNSAID) | kept[:, None])
+    locked = lock_performer_feet(back, retargeted, stands, level, (said != UNSAID) | kept[:, None], usual, after_transfer)
     return keep_recorded(locked, retargeted.performer_clip.motion, kept) if kept.any() else locked
 
 
@@ -57,17 +72,24 @@ def _through_kept_places(motion: Motion, retargeted: Retargeted, kept: np.ndarra
     carrier = find_carrier(retargeted.performer_clip)
     frames = np.flatnonzero(kept)
     ends = frames[np.isin(frames, [frames[0], frames[-1]]) | ~(np.isin(frames - 1, frames) & np.isin(frames + 1, frames))]
-    hips = [_hips(replace(one, **_rows(one, ends)), retargeted) for one in (recorded, motion)]
+    hips = [middle_of_hips(replace(one, **_rows(one, ends)), retargeted) for one in (recorded, motion)]
     off = (hips[0] - hips[1]) * _LEVEL
     moved = np.stack([np.interp(np.arange(len(motion)), ends, off[:, axis]) for axis in range(3)], axis=1)
     return translate_hips(motion, carrier, moved)
+
+
+def translate_to_hips(motion: Motion, retargeted: Retargeted, other: Motion, frames: slice) -> Motion:
+    """Return a clip carried over the ground so that on average its hips are where another's are in some frames, which are of one way."""
+    hips = [middle_of_hips(one.cut(frames.start, frames.stop), retargeted) for one in (other, motion)]
+    moved = np.tile((hips[0] - hips[1]).mean(axis=0) * _LEVEL, (len(motion), 1))
+    return translate_hips(motion, find_carrier(retargeted.performer_clip), moved)
 
 
 def _rows(motion: Motion, frames: np.ndarray) -> dict[str, np.ndarray]:
     return {"local_positions": motion.local_positions[frames], "local_rotations": motion.local_rotations[frames]}
 
 
-def _hips(motion: Motion, retargeted: Retargeted) -> np.ndarray:
+def middle_of_hips(motion: Motion, retargeted: Retargeted) -> np.ndarray:
     """Return the middle of the hips [m], shape (T, 3)."""
     joints = [retargeted.performer_clip.joint_map[f"thigh_{side}"] for side in "lr"]
-    return joint_poses(motion)[0][:, joints].mean(axis=1)
+    return joint_poses(motion, joints)[0].mean(axis=1)

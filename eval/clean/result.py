@@ -43,6 +43,7 @@ class CleaningResult:
         kept_spans: Spans that came back as recorded by a person's wish: first instant and the one after the last [s].
         output: Cleaned clip on the performer's own skeleton, at the file's rate.
         ground_m: Height of the ground above the one that was found, as a person edited it, in the file's world [m].
+        is_preview: Whether only the seconds around the last edit were solved by it.
     """
 
     name: str
@@ -66,6 +67,7 @@ class CleaningResult:
     kept_spans: tuple[tuple[float, float], ...] = ()
     output: Motion | None = None
     ground_m: float = 0.0
+    is_preview: bool = False
 
     @property
     def simulated(self) -> np.ndarray:

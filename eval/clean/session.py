@@ -2,12 +2,14 @@
 
 from collections.abc import Callable, Hashable
 from dataclasses import replace
+from functools import partial
 from typing import Protocol
 
 import numpy as np
 
 from agents.restore.model import RestoreModel
 from datasets.cleanup.off_feet_spans import OffFeetSpan, find_off_feet_spans
+from datasets.cleanup.performer_foot_lock import usual_height_offsets
 from datasets.formats.bvh import Bvh
 from datasets.imu.recording import measured_accelerations
 from datasets.motion.clip import FPS, BodyMotion
@@ -16,30 +18,32 @@ from datasets.performer.performer_clip import performer_clip_from_bvh
 from datasets.performer.reading_options import ReadingOptions
 from datasets.retarget.plausibility import find_implausible
 from datasets.retarget.read_as import describe_reading
-from datasets.retarget.retarget import retarget, retarget_with
+from datasets.retarget.retarget import retarget
 from datasets.retarget.transfer_back import to_performer_bvh, to_zero_ground
+from envs.physics.overlap_memory import OverlapMemory
 from eval.clean.apply_edits import (
-    correct_misalignments,
+    edit_poses,
     frames_of_quality,
     frames_without,
     said_contacts,
-    share_beside,
 )
 from eval.clean.believed_root import locate_root
 from eval.clean.edited_simulation import EditedSimulation, SearchMemory
 from eval.clean.edits import PHYSICS, RESTORE, Edits, check_within
 from eval.clean.notices import Notice
 from eval.clean.performer_output import to_performer
+from eval.clean.preview import preview_edits, preview_window
 from eval.clean.progress import COMPARING, REPAIRING, RESTORING, RETARGETING, ROOT, SIMULATING, TRANSFERRING
-from eval.clean.restored_poses import FADE_S, RestoredPoses, blend_poses, restore_clip
+from eval.clean.restored_poses import RestoredPoses, restore_clip
 from eval.clean.result import CleaningResult
 from eval.clean.samcon import QUALITIES, Simulator
 from eval.clean.simulate_clip import SimulatedClip
-from eval.clean.solved_stages import PlacedRecording, SolvedStages, compare_with_recording
+from eval.clean.solved_stages import PlacedRecording, SolvedStages, compare_with_recording, place_recording
 from eval.clean.stage_memory import StageMemory
 from eval.clean.stages import repair_kinematically, simulate_grounded_spans
 
 MIN_REMEMBERED_S, REMEMBERED_CLIPS = 120.0, 4.0  # s of simulation that are remembered at least, and how many times the clip's length
+REMEMBERED_POSES = 16  # of each frame, in which overlaps were looked for: before and after each pass of their removal, and when it is done
 
 
 class CleaningCancelled(Exception):  # noqa: N818  # no error
@@ -102,7 +106,8 @@ class CleaningSession:
         self.start_s = self.performer.dropped_frames / self.performer.motion.fps
         read = (*self.performer.notices, *find_implausible(self.retargeted))
         self.notices, self.read_as = tuple(map(Notice, read)), describe_reading(self.retargeted)
-        self._memory = StageMemory()
+        self._stages: SolvedStages | None = None  # of the last solving
+        self._memory, self._overlaps = StageMemory(), OverlapMemory(REMEMBERED_POSES * len(self.recorded))
         self._searches = SearchMemory(round(max(MIN_REMEMBERED_S * FPS, REMEMBERED_CLIPS * len(self.recorded))))
 
     @property
@@ -144,39 +149,55 @@ class CleaningSession:
         begin(REPAIRING)
         said = said_contacts(edits.contacts, *self._grid) if edits.contacts else None
         repaired = self._memory.result(
-            "repaired", (_pose_key(edits), edits.contacts), lambda: repair_kinematically(rooted, off_feet, poses.contacts, said)
+            "repaired",
+            (_pose_key(edits), edits.contacts),
+            lambda: repair_kinematically(rooted, off_feet, poses.contacts, said, self._overlaps),
         )
         begin(SIMULATING)
         simulated, stale = self._simulate(edits, repaired, off_feet, poses.contacts, physics, lambda share: begin(SIMULATING, share))
         begin(TRANSFERRING)
-        output = to_performer(placed.retargeted, simulated.motion, simulated.contacts, off_feet, edits, self.start_s)
+        usual = self._memory.result("usual heights", edits.ground_m, lambda: usual_height_offsets(placed.retargeted))
+        given = placed.retargeted, simulated.motion, simulated.contacts, off_feet, edits, self.start_s, usual
+        output = to_performer(*given, partial(begin, TRANSFERRING))
         begin(COMPARING)
-        stages = SolvedStages(placed, found_poses, poses, rooted, off_feet, repaired, simulated, stale, said)
-        told = compare_with_recording(stages, output, edits, self.name, self.start_s)
+        self._stages = stages = SolvedStages(placed, found_poses, poses, rooted, off_feet, repaired, simulated, stale, said, usual)
+        told = compare_with_recording(stages, output, edits, self.name, self.start_s, self._overlaps)
         return replace(told, notices=(*self.notices, *told.notices), read_as=self.read_as, damage=self.performer.damage)
+
+    def preview(self, edits: Edits, shown: CleaningResult, before: Edits, near_s: float) -> CleaningResult | None:
+        """Return a result with other edits in the seconds around them alone, at once, however long the clip; ``solve`` gives the whole one.
+
+        Args:
+            edits: What a person changed.
+            shown: Result of ``solve`` or of ``preview`` for the edits before.
+            before: Edits before.
+            near_s: Time around which changes of the whole clip are previewed [s].
+
+        Returns:
+            A result that is not to be written; None where there is nothing to preview, or the whole is solved as quickly.
+        """
+        window = preview_window(edits, before, self.start_s, self.start_s + self.seconds, near_s)
+        return preview_edits(self._recording, self._stages, shown, edits, window, self._overlaps) if window and self._stages else None
 
     def write(self, result: CleaningResult) -> Bvh:
         """Return the file to write for a result of ``solve``: the recorded one with the channel values of the cleaned clip.
 
         Unit and up axis that it was read with are stated, for formats that have their own.
         """
-        if result.output is None:
-            raise ValueError(f"{result.name}: a result without the clip on the performer's skeleton")
+        if result.output is None or result.is_preview:
+            raise ValueError(f"{result.name}: a preview, or a result without the clip on the performer's skeleton")
         written = to_performer_bvh(self.bvh, self.performer, result.output)
         written = replace(written, stated=replace(written.stated, unit=self.performer.unit, up_axis=self.performer.up_axis))
         return to_zero_ground(written, self._placed(result.ground_m).retargeted) if self.performer.reading.zero_ground else written
 
     def _placed(self, ground_m: float) -> PlacedRecording:
         """Return the recording on ground that is ``ground_m`` higher than was found [m]."""
-        if not ground_m:
-            return PlacedRecording(self.retargeted, self.recorded)
+        return self._memory.result("placed", ground_m, lambda: place_recording(self._recording, ground_m))
 
-        def place() -> PlacedRecording:
-            moved = replace(self.retargeted, lift=self.retargeted.lift - self.retargeted.scale * ground_m)
-            motion = replace(retarget_with(moved, self.performer.motion), rooted=self.retargeted.motion.rooted)
-            return PlacedRecording(replace(moved, motion=motion), resample(motion, FPS))
-
-        return self._memory.result("placed", ground_m, place)
+    @property
+    def _recording(self) -> PlacedRecording:
+        """The recording on the ground that was found."""
+        return PlacedRecording(self.retargeted, self.recorded)
 
     def _poses(self, edits: Edits) -> tuple[PlacedRecording, RestoredPoses, RestoredPoses]:
         """Return the recording on its ground, and its restored poses with and without what a person changed of them."""
@@ -188,11 +209,7 @@ class CleaningSession:
         )
 
         def edit() -> RestoredPoses:
-            motion, left = unedited.motion, frames_without(RESTORE, edits.spans, *self._grid)
-            if left.any() and motion is not placed.recorded:
-                motion = blend_poses(placed.recorded, motion, 1.0 - share_beside(left, FADE_S * FPS))
-            if edits.misalignments:
-                motion = correct_misalignments(motion, edits.misalignments)
+            motion = edit_poses(unedited.motion, placed.recorded, edits, self._grid)
             return unedited if motion is unedited.motion else unedited._replace(motion=motion)
 
         return placed, self._memory.result("poses", _pose_key(edits), edit), unedited
@@ -216,7 +233,7 @@ class CleaningSession:
             simulator = replace(simulator, search=search)
         without = frames_without(PHYSICS, edits.spans, *self._grid)
         parts = EditedSimulation(self._searches, without, frames_of_quality(edits.spans, *self._grid), physics)
-        return simulate_grounded_spans(simulator, repaired, off_feet, contacts, progress, parts), parts.stale
+        return simulate_grounded_spans(simulator, repaired, off_feet, contacts, progress, parts, self._overlaps), parts.stale
 
     @property
     def _grid(self) -> tuple[int, float, float]:

@@ -9,8 +9,9 @@ from datasets.cleanup.foot_contacts import detect_foot_contacts
 from datasets.cleanup.off_feet_spans import OffFeetSpan
 from datasets.motion.clip import FPS, BodyMotion, Motion
 from datasets.motion.frame_spans import true_spans
-from datasets.motion.kinematics import resample
+from datasets.motion.kinematics import resample, resample_to
 from datasets.retarget.retarget import Retargeted, retarget_with
+from envs.physics.overlap_memory import OverlapMemory
 from envs.physics.self_collision import find_overlaps
 from eval.clean.apply_edits import edited_contacts, frames_kept
 from eval.clean.edits import Edits
@@ -32,6 +33,20 @@ class PlacedRecording(NamedTuple):
     retargeted: Retargeted
     recorded: BodyMotion
 
+    def cut(self, frames: slice, own: slice) -> "PlacedRecording":
+        """Return some frames at 60 fps, and the same span at its own rate."""
+        return PlacedRecording(self.retargeted.cut(own.start, own.stop), self.recorded.cut(frames.start, frames.stop))
+
+
+def place_recording(recording: PlacedRecording, ground_m: float) -> PlacedRecording:
+    """Return a recording on ground that is ``ground_m`` higher than was found [m]."""
+    if not ground_m:
+        return recording
+    retargeted, found = recording
+    moved = replace(retargeted, lift=retargeted.lift - retargeted.scale * ground_m)
+    motion = replace(retarget_with(moved, retargeted.performer_clip.motion), rooted=retargeted.motion.rooted)
+    return PlacedRecording(replace(moved, motion=motion), resample_to(motion, len(found), FPS))
+
 
 class SolvedStages(NamedTuple):
     """What the stages made of a clip of T frames at 60 fps.
@@ -46,6 +61,7 @@ class SolvedStages(NamedTuple):
         simulated: Simulated as far as it is to be.
         stale: Frames that would be simulated, but were not, shape (T,).
         said: What a person said of both feet, shape (T, 2); None if nothing.
+        usual_heights: Usual heights of the performer's left and right ankle over those of the 20 bodies [m].
     """
 
     placed: PlacedRecording
@@ -57,9 +73,12 @@ class SolvedStages(NamedTuple):
     simulated: SimulatedClip
     stale: np.ndarray
     said: np.ndarray | None
+    usual_heights: tuple[float, float]
 
 
-def compare_with_recording(stages: SolvedStages, output: Motion, edits: Edits, name: str, start_s: float) -> CleaningResult:
+def compare_with_recording(
+    stages: SolvedStages, output: Motion, edits: Edits, name: str, start_s: float, memory: OverlapMemory
+) -> CleaningResult:
     """Return the result of a cleaning, without what is known from reading the file.
 
     Args:
@@ -68,6 +87,7 @@ def compare_with_recording(stages: SolvedStages, output: Motion, edits: Edits, n
         edits: What a person changed.
         name: Name of the clip.
         start_s: Time of its first frame in the file [s].
+        memory: Overlaps that were found in other versions of the clip.
     """
     placed, simulated, off_feet = stages.placed, stages.simulated, stages.off_feet
     cleaned = replace(resample(retarget_with(placed.retargeted, output), FPS), name=name)
@@ -77,7 +97,7 @@ def compare_with_recording(stages: SolvedStages, output: Motion, edits: Edits, n
         "physics": simulated.motion,
         "holding feet": cleaned,
     }
-    moved, overlaps = find_moved_spans(placed.recorded, after_stage, start_s), find_overlaps(cleaned, start_s)
+    moved, overlaps = find_moved_spans(placed.recorded, after_stage, start_s), find_overlaps(cleaned, start_s, memory)
     kept = frames_kept(edits.spans, len(cleaned), FPS, start_s)
     return CleaningResult(
         name=name,
@@ -99,8 +119,8 @@ def compare_with_recording(stages: SolvedStages, output: Motion, edits: Edits, n
         start_s=start_s,
         found_contacts=None if edits.changes_nothing else simulated.contacts,
         off_feet=tuple(off_feet),
-        stale=_seconds(stages.stale & ~kept, start_s),
-        kept_spans=_seconds(kept, start_s),
+        stale=seconds_of(stages.stale & ~kept, start_s),
+        kept_spans=seconds_of(kept, start_s),
         output=output,
         ground_m=edits.ground_m,
     )
@@ -113,6 +133,6 @@ def _edited_contacts(stages: SolvedStages, kept: np.ndarray) -> np.ndarray:
     return np.where(kept[:, None], detect_foot_contacts(stages.placed.recorded), contacts) if kept.any() else contacts
 
 
-def _seconds(labels: np.ndarray, start_s: float) -> tuple[tuple[float, float], ...]:
+def seconds_of(labels: np.ndarray, start_s: float) -> tuple[tuple[float, float], ...]:
     """Return the first instant of each run of labels (T,) and the one after its last [s]."""
     return tuple((start_s + start / FPS, start_s + stop / FPS) for start, stop in true_spans(labels).tolist())

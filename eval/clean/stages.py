@@ -12,6 +12,7 @@ from datasets.cleanup.plant_feet import plant_feet
 from datasets.motion.clip import BodyMotion
 from datasets.motion.frame_spans import true_spans
 from datasets.motion.smoothing import smooth_motion
+from envs.physics.overlap_memory import OverlapMemory
 from envs.physics.self_collision import remove_self_penetration
 from eval.clean.planted_edits import plant_edited_feet
 from eval.clean.result import SIMULATED_CONFIDENCE
@@ -25,7 +26,11 @@ PartSimulation = Callable[[Simulator, int, BodyMotion, tuple[bool, bool], Callab
 
 
 def repair_kinematically(
-    clip: BodyMotion, off_feet: list[OffFeetSpan], contacts: np.ndarray | None = None, said: np.ndarray | None = None
+    clip: BodyMotion,
+    off_feet: list[OffFeetSpan],
+    contacts: np.ndarray | None = None,
+    said: np.ndarray | None = None,
+    memory: OverlapMemory | None = None,
 ) -> BodyMotion:
     """Return the clip low-passed, on level ground and without self-penetration: the repairs that need no physics.
 
@@ -34,13 +39,14 @@ def repair_kinematically(
         off_feet: Spans off level ground, whose heights are carried along as they are.
         contacts: Whether the left and the right foot stand, of a clip whose feet are to be planted, shape (T, 2).
         said: What a person said of both feet, from ``said_contacts``, shape (T, 2); None if nothing.
+        memory: Overlaps that were found in other versions of the clip.
     """
     smooth, grounded = smooth_motion(clip), ~frame_mask(off_feet, len(clip))
     if said is not None:
         placed = plant_edited_feet(smooth, grounded, contacts, said)
     else:
         placed = level_to_ground(smooth, grounded=grounded) if contacts is None else plant_feet(smooth, contacts, grounded)
-    return remove_self_penetration(placed)
+    return remove_self_penetration(placed, memory)
 
 
 def simulate_grounded_spans(
@@ -50,6 +56,7 @@ def simulate_grounded_spans(
     contacts: np.ndarray | None = None,
     progress: Callable[[float], None] = lambda _: None,
     simulate_part: PartSimulation | None = None,
+    memory: OverlapMemory | None = None,
 ) -> SimulatedClip:
     """Return the clip simulated wherever it is on level ground.
 
@@ -62,6 +69,7 @@ def simulate_grounded_spans(
         contacts: Whether the left and the right foot stand, shape (T, 2); detected by speed and height if None.
         progress: Called with the share of the frames that were simulated, again and again.
         simulate_part: Simulates each part in another way than ``simulate_clip``, or leaves it as it is.
+        memory: Overlaps that were found in other versions of the clip.
     """
     num_done, simulate_part = 0, simulate_part or _simulate_whole
 
@@ -82,7 +90,7 @@ def simulate_grounded_spans(
     simulated = _splice(clip, simulated_parts(simulator)) if simulator else without_simulation(clip)
     kinematic = (detect_foot_contacts(simulated.motion) if contacts is None else contacts) & ~excluded[:, None]
     found = np.where((simulated.confidence >= SIMULATED_CONFIDENCE)[:, None], simulated.contacts, kinematic)
-    return simulated._replace(motion=remove_self_penetration(simulated.motion), contacts=found)
+    return simulated._replace(motion=remove_self_penetration(simulated.motion, memory), contacts=found)
 
 
 def _simulate_whole(

@@ -187,9 +187,7 @@ def _initial_model(config: RestoreConfig) -> tuple[RestoreModel, dict[str, Any]]
         return RestoreModel(config.model), {}
     model, card = RestoreModel.load(Path(config.init))
     if model.spec != config.model:
-        raise InputError(
-            f"{config.init} holds a network of {model.spec}, the config has {config.model}; give the file's as model.*"
-        )
+        raise InputError(f"{config.init} holds a network of {model.spec}, the config has {config.model}; give the file's as model.*")
     return model, card
 
 

@@ -125,6 +125,8 @@ class Tab:
         is_due = not self.playback.is_playing or self.options.figure != MESH or self._since_drawn_s >= MESH_UPDATES_S
         if shown != self._drawn and is_due:
             self._drawn, self._since_drawn_s = shown, 0.0
+            if self.project:
+                self.project.shown_s = self.playback.time_s
             with self.client.atomic():
                 self._stage.draw(self.playback.time_s)
         if self._since_time_s >= TIME_UPDATES_S:

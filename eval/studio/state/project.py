@@ -35,6 +35,7 @@ class Project:
         history: Edits.
         result: Result of the last solving; None before the first.
         problem: Line that says why the last solving failed; "" if it did not.
+        shown_s: Time that a tab showed last, around which a change of the whole clip is seen first [s].
         version: Counts the changes of everything that is shown.
     """
 
@@ -50,7 +51,8 @@ class Project:
             InputError: If the file or its edits cannot be read; a ``JointMapError`` if its joints are not found.
         """
         self.path, self.pipeline = path, pipeline
-        self.history, self.result, self.problem, self.version = EditHistory(), None, "", 0
+        self.history, self.result, self.problem, self.version, self.shown_s = EditHistory(), None, "", 0, 0.0
+        self._result_edits = Edits()
         kept = edits_path(path)
         if kept.is_file():
             self.history.present = read_edits(kept)
@@ -98,7 +100,8 @@ class Project:
         threads = self.pipeline.simulator.threads if self.pipeline.simulator else 1
         usual = expected_seconds(round(self.session.seconds * _BYTES_PER_SECOND), search, threads, report=False)
         expected = {stage: usual[stage] for stage in (SIMULATING, TRANSFERRING, COMPARING)}
-        self._solver.solve(Request(self.session, self.edits, physics, expected))
+        shown = (self.result, self._result_edits) if self.result else None
+        self._solver.solve(Request(self.session, self.edits, physics, expected, shown, self.shown_s))
         self._changed()
 
     def solve_wholly(self) -> CleaningResult:
@@ -107,12 +110,12 @@ class Project:
         Raises:
             InputError: If it was stopped, or the clip cannot be solved.
         """
-        if self.result is None or self.result.stale or self._solver.is_busy:
+        if self.result is None or self.result.stale or self.result.is_preview or self._solver.is_busy:
             self.clean(physics=True)
             self._solver.wait()
         if self.problem:
             raise InputError(self.problem)
-        if self.result is None or self.result.stale:
+        if self.result is None or self.result.stale or self.result.is_preview:
             raise InputError(f"{self.name}: cleaning was stopped, so there is nothing to save yet; press Clean or save again")
         return self.result
 
@@ -192,7 +195,9 @@ class Project:
         """Take a result over; called by the solver's thread."""
         with self._lock:
             if solved.request.session is self.session:
-                self.result, self.problem = solved.result or self.result, solved.problem
+                self.problem = solved.problem
+                if solved.result:
+                    self.result, self._result_edits = solved.result, solved.request.edits
         self._changed()
 
     def _changed(self) -> None:

@@ -21,12 +21,16 @@ class Request:
         edits: Edits.
         physics: Whether what physics has to do is done anew; else only what is kinematic.
         expected: Usual time of each stage that takes time [s].
+        shown: Result that is shown, and the edits that it is of; None where there is none.
+        near_s: Time that is shown, around which a change of the whole clip is previewed [s].
     """
 
     session: CleaningSession
     edits: Edits
     physics: bool
     expected: dict[str, float]
+    shown: tuple[CleaningResult, Edits] | None = None
+    near_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -47,7 +51,11 @@ class SolverThread:
     """
 
     def __init__(self, on_solved: Callable[[Solved], None]) -> None:
-        """Wait for requests; ``on_solved`` is called from this thread with what came of each that was not stopped."""
+        """Wait for requests.
+
+        Args:
+            on_solved: Called from this thread with the preview of each, where there is one, and with what came of it if it was not stopped.
+        """
         self.progress: CleaningProgress | None = None
         self.physics = False
         self._on_solved = on_solved
@@ -98,15 +106,32 @@ class SolverThread:
                 self._current = request
                 assert request
                 self.progress, self.physics = CleaningProgress(request.expected), request.physics
-            solved = self._solved(request, self.progress)
-            with self._changed:
-                if solved is None or self._current is not request:
-                    continue
-            self._on_solved(solved)
+            if not (self._tell(self._previewed(request)) and self._tell(self._solved(request, self.progress))):
+                continue
             with self._changed:
                 if self._current is request:  # else another one came meanwhile
                     self._current, self.progress = None, None
                 self._changed.notify_all()
+
+    def _tell(self, solved: Solved | None) -> bool:
+        """Tell what came of a request, if anything did; return whether the request is still wanted."""
+        with self._changed:
+            if solved is None or self._current is not solved.request:
+                return False
+        if solved.result or solved.problem:
+            self._on_solved(solved)
+        return True
+
+    def _previewed(self, request: Request) -> Solved:
+        """Return the preview of a request, without a result where there is none."""
+        if request.shown is None or request.physics:
+            return Solved(request)
+        shown, before = request.shown
+        try:
+            return Solved(request, request.session.preview(request.edits, shown, before, request.near_s))
+        except Exception:
+            traceback.print_exc()  # a fault of the program; the whole clip is solved all the same
+            return Solved(request)
 
     def _solved(self, request: Request, progress: CleaningProgress) -> Solved | None:
         """Return what came of a request; None if it was stopped."""

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from datasets.motion.skeleton import Skeleton, forward_kinematics
+from datasets.motion.rotation import multiply, rotate
+from datasets.motion.skeleton import Skeleton, forward_kinematics, with_ancestors
 
 HALF = 0.5**0.5
 STILL, QUARTER_Z, QUARTER_X = [1.0, 0, 0, 0], [HALF, 0, 0, HALF], [HALF, HALF, 0, 0]
@@ -55,3 +56,21 @@ def test_offsets_are_a_frozen_copy() -> None:
     assert skeleton.offsets[0, 0] == 0.0
     with pytest.raises(ValueError, match="read-only"):
         skeleton.offsets[0, 0] = 1.0
+
+
+def test_of_some_joints_alone_as_of_all_and_nothing_given_is_written_into() -> None:
+    # An arm of three joints and a tail beside it: the wrist, then the shoulder, without the tail, which nothing wanted hangs on.
+    rng = np.random.default_rng(0)
+    parents, places, turns = (-1, 0, 0, 2), rng.normal(size=(1, 4, 3)), rng.normal(size=(1, 4, 4))
+    turns /= np.linalg.norm(turns, axis=-1, keepdims=True)
+    given = places.copy(), turns.copy()
+    positions, rotations = forward_kinematics(parents, places, turns)
+    some = forward_kinematics(parents, places, turns, [3, 0, 3])
+    assert np.array_equal(some[0], positions[:, [3, 0, 3]])
+    assert np.array_equal(some[1], rotations[:, [3, 0, 3]])
+    assert with_ancestors(parents, [3]) == [0, 2, 3]
+    assert np.array_equal(given[0], places)
+    assert np.array_equal(given[1], turns)
+    # By the functions of whole quaternions: the wrist is where its parent's rotation takes it from its parent.
+    assert np.array_equal(positions[:, 3], positions[:, 2] + rotate(rotations[:, 2], places[:, 3]))
+    assert np.array_equal(rotations[:, 3], multiply(rotations[:, 2], turns[:, 3]))

@@ -10,10 +10,12 @@ from configs.errors import InputError
 from datasets.formats.blender_scene import read_scene
 from datasets.performer.performer_clip import read_performer_file
 from datasets.performer.reading_options import ReadingOptions
+from eval.clean import preview
 from eval.clean.cli import main
 from eval.clean.edits import LEFT, PHYSICS, ContactEdit, Edits
 from eval.clean.edits_file import edits_path, read_edits
 from eval.clean.pipeline import CleaningPipeline
+from eval.clean.result import CleaningResult
 from eval.studio.state.batch import Batch
 from eval.studio.state.workspace import Workspace
 from tests.datasets.formats.blender_scenes import needs_blender
@@ -41,6 +43,29 @@ def test_a_clip_is_solved_as_it_is_opened_and_after_every_edit(tmp_path: Path) -
         assert told == sorted(told)
         assert len(told) >= 2  # when it began, and when it was solved
         stop()
+
+
+def test_an_edit_of_a_long_clip_is_seen_before_it_is_solved_and_what_is_saved_is_solved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, seconds in (("MIN_CLIP_S", 1.0), ("MARGIN_S", 0.4), ("END_S", 0.1), ("BLEND_S", 0.1)):  # a long clip has two seconds here
+        monkeypatch.setattr(preview, name, seconds)
+    with workspace(write_clip(tmp_path), tmp_path / "kept") as opened:
+        assert opened.opened
+        project = opened.open(opened.opened)
+        project.change(replace(project.edits, without=(PHYSICS,)))
+        project.solver.wait()
+        seen: list[CleaningResult | None] = []
+        stop = project.tell(lambda: seen.append(project.result))
+        project.change(replace(SWINGS, without=(PHYSICS,)))
+        project.solver.wait()
+        saved_one = project.solve_wholly()
+        stop()
+    previews = [result for result in seen if result and result.is_preview]
+    assert previews
+    assert not previews[0].contacts[30:60, 0].any()
+    assert not saved_one.is_preview
+    assert not saved_one.contacts[30:60, 0].any()
 
 
 @needs_blender
