@@ -93,16 +93,15 @@ def _evaluate(learner: Learner, data: Data, config: Config, clock: RunClock, log
         return clock
     try:
         (folder / "best").mkdir(exist_ok=True)
-        learner.model.save(folder / "best" / "model.safetensors", _card(learner, data, config, clock, score))
+        learner.model.save(folder / "best" / "model.safetensors", _card(data, config, clock, score))
     except OSError as error:
         log.info(f"the best model could not be written ({error}); the one before stays")
         return clock
     return replace(clock, best=selected)
 
 
-def _card(learner: Learner, data: Data, config: Config, clock: RunClock, score: dict[str, float]) -> dict[str, object]:
+def _card(data: Data, config: Config, clock: RunClock, score: dict[str, float]) -> dict[str, object]:
     clips = data.training.clips
-    begun_from = getattr(learner, "begun_from", {})
     settings = asdict(config.data)
     for name in {"motions", "rough_motions"} & set(settings):
         settings[name] = "/".join(Path(settings[name]).parts[-2:])  # not where on this machine
@@ -117,7 +116,6 @@ def _card(learner: Learner, data: Data, config: Config, clock: RunClock, score: 
         JOBS[config.learns].sample_unit: clock.samples,
         "hours": clock.seconds / 3600.0,
         "code": commit_of_code(),
-        **({"begun_from": {name: value for name, value in begun_from.items() if name != "clips"}} if begun_from else {}),
     }
 
 

@@ -17,16 +17,12 @@ class RestoreDataConfig(SourceConfig):
         tempo: Largest factor by which all takes but the first are slower or quicker.
         min_severity: Least severity of the suits' faults; each recording has its own.
         max_severity: Largest severity of the suits' faults.
-        stance_shift: Largest standard deviation of how far the pelvis of all takes but the first is moved over its feet [m].
-        turn_out: Largest angle by which the legs of all takes but the first are turned out [rad].
     """
 
     suit_takes: int = 4
     tempo: float = 1.25
     min_severity: float = 0.4
     max_severity: float = 1.4
-    stance_shift: float = 0.06
-    turn_out: float = 0.5
 
     def __post_init__(self) -> None:
         """Check the values."""
@@ -35,8 +31,6 @@ class RestoreDataConfig(SourceConfig):
         require(self.tempo >= 1.0, "data.tempo", self.tempo, "1 or more")
         require(self.min_severity >= 0.0, "data.min_severity", self.min_severity, "0 or more")
         require(self.max_severity >= self.min_severity, "data.max_severity", self.max_severity, "data.min_severity or more")
-        require(self.stance_shift >= 0.0, "data.stance_shift", self.stance_shift, "0 or more [m]")
-        require(self.turn_out >= 0.0, "data.turn_out", self.turn_out, "0 or more [rad]")
 
 
 @dataclass(frozen=True)
@@ -109,7 +103,6 @@ class RestoreConfig(RunConfig):
     Attributes:
         learns: "restore", which tells this config from others that ``trainers.supervised`` takes.
         device: Device of the learner: "cpu", "cuda", or "auto", the GPU where there is one.
-        init: File of a restoring network that the training begins with, its normalisation included; a fresh network if empty.
         data: Motion.
         model: Network.
         learner: Updates.
@@ -118,7 +111,6 @@ class RestoreConfig(RunConfig):
     learns: str = "restore"
     name: str = "restore"
     device: str = "auto"
-    init: str = ""
     data: RestoreDataConfig = field(default_factory=RestoreDataConfig)
     model: RestoreSpec = field(default_factory=RestoreSpec)
     learner: RestoreLearnerConfig = field(default_factory=RestoreLearnerConfig)

@@ -22,17 +22,14 @@ from datasets.motion.clip import FPS, BodyMotion
 from datasets.motion.kinematics import body_poses, linear_velocity, sole_points
 from datasets.motion.rotation import from_yaw, heading, rotate
 from datasets.motion.smoothing import smooth_motion
-from datasets.retarget.read_back import read_from_bvh
 from datasets.synthetic.clips import synthetic_clips
 from trainers.data.motion_cache import PreparedClips, prepare_cached
 from trainers.runs.run_log import progress_bar
 from trainers.supervised.clip_selection import ClipSelection
 from trainers.supervised.restore_config import RestoreDataConfig
 from trainers.supervised.tempo_takes import load_ground_truth_clips, perform_take
-from trainers.supervised.varied_stance import vary_stance
 
 MIN_CLIP_S = 1.0  # s; nothing can be learnt from shorter clips
-READ_SHARE = 0.5  # of the recordings that are read from a file, as cleaning reads them; the others are as the suit delivers them
 STEP = round(FPS / RESTORE_RATE_HZ)  # frames of a clip for one of the network's
 
 
@@ -111,20 +108,12 @@ def _build_takes(config: RestoreDataConfig) -> PreparedClips:
 
 
 def _prepare_take(config: RestoreDataConfig, one: tuple[BodyMotion, int, np.random.SeedSequence]) -> tuple[ClipInfo, RestoreFrames]:
-    """Return a take of a clip through a simulated suit of random severity.
-
-    Reading a file takes some faults out, such as soles that are not flat, and so what tells of the others: the network has to know both.
-    """
+    """Return a take of a clip through a simulated suit of random severity."""
     clip, take, seed = one
     rng = np.random.default_rng(seed)
     clean = perform_take(clip, take, config.tempo, FPS, rng)
-    if take:
-        clean = vary_stance(clean, config.stance_shift, config.turn_out, rng)
     severity = rng.uniform(config.min_severity, config.max_severity)
-    faulty = simulate_suit(clean, int(rng.integers(2**32)), severity).faulty
-    if rng.uniform() < READ_SHARE:
-        faulty = read_from_bvh(faulty)
-    frames = restore_frames(faulty, clean.cut(len(clean) - len(faulty), len(clean)))
+    frames = restore_frames(simulate_suit(clean, int(rng.integers(2**32)), severity).faulty, clean)
     return ClipInfo(clean.name, clean.performer, clean.system, clean.kind, 0, len(frames.truth)), frames
 
 

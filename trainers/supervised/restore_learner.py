@@ -1,6 +1,5 @@
 """Learner of a restoring network: updates it on windows of captured and true clips and scores it on the held-out performer."""
 
-from pathlib import Path
 from typing import Any
 
 import torch
@@ -38,8 +37,7 @@ class RestoreLearner:
         """Build everything from the run's seed."""
         torch.manual_seed(config.seed)
         self.config, self.device = config.learner, resolve_device(config.device)
-        self.model, self.begun_from = _initial_model(config)
-        self.model.to(self.device)
+        self.model = RestoreModel(config.model).to(self.device)
         self.random = torch.Generator().manual_seed(config.seed)  # of the CPU: a run may go on on another device
         self._frames = RestoreFrames(*(track.to(self.device) for track in data.frames))
         self._clips, self._window = data.training, config.model.window
@@ -49,9 +47,8 @@ class RestoreLearner:
                 raise InputError(f"no {name} clip lasts {self.config.shortest_s:g} s; take longer clips or a smaller learner.shortest_s")
         self._scored = evenly_spaced(scored, NUM_SCORED_WINDOWS)
         self._scored_lengths = data.holdout.frames_left(self._scored).clamp(max=self._window)
-        if not self.begun_from:
-            windows, mask = self._draw_windows(NUM_NORMALISATION_WINDOWS)
-            self.model.fit_normalisation(augment_windows(self.config, windows, self.random).captured, mask)
+        windows, mask = self._draw_windows(NUM_NORMALISATION_WINDOWS)
+        self.model.fit_normalisation(augment_windows(self.config, windows, self.random).captured, mask)
         self.optimiser = torch.optim.AdamW(self.model.parameters(), lr=self.config.learning_rate, weight_decay=self.config.weight_decay)
 
     @property
@@ -179,16 +176,6 @@ class RestoreLearner:
     def set_state(self, state: dict[str, Any]) -> None:
         """Return to a state that ``get_state`` returned."""
         set_state(self.model, self.optimiser, self.random, state)
-
-
-def _initial_model(config: RestoreConfig) -> tuple[RestoreModel, dict[str, Any]]:
-    """Return the network that a training begins with, and the card of the file that it is from, which is empty for a fresh one."""
-    if not config.init:
-        return RestoreModel(config.model), {}
-    model, card = RestoreModel.load(Path(config.init))
-    if model.spec != config.model:
-        raise InputError(f"{config.init} holds a network of {model.spec}, the config has {config.model}; give the file's as model.*")
-    return model, card
 
 
 def _heading_lag(restored: torch.Tensor, truth: torch.Tensor, mask: torch.Tensor) -> torch.Tensor:

@@ -74,19 +74,6 @@ def test_resumed_equals_uninterrupted(tiny: RestoreConfig) -> None:
     same(final_state(whole)["learner"], final_state(parts)["learner"])
 
 
-def test_a_training_begins_with_the_network_of_a_file(tiny: RestoreConfig) -> None:
-    first = supervised.train(replace(tiny, name="first"), resume=False) / "best" / "model.safetensors"
-    barely = replace(tiny.learner, learning_rate=1e-12, final_learning_rate=1e-12, weight_decay=0.0)
-    second = supervised.train(replace(tiny, name="second", init=str(first), learner=barely, seed=1), resume=False)
-    (begun, before), (model, card) = RestoreModel.load(first), RestoreModel.load(second / "best" / "model.safetensors")
-    for one, other in zip(begun.state_dict().values(), model.state_dict().values(), strict=True):
-        assert torch.allclose(one, other, atol=1e-6)
-    assert card["begun_from"] == {name: value for name, value in before.items() if name != "clips"}
-    wider = replace(tiny, init=str(first), model=replace(tiny.model, channels=24))
-    with pytest.raises(InputError, match=r"channels=16.*channels=24"):
-        supervised.train(wider, resume=False)
-
-
 def test_clips_that_are_too_short_are_one_line(tiny: RestoreConfig) -> None:
     long = replace(tiny, model=replace(tiny.model, window=400), learner=replace(tiny.learner, shortest_s=12.0))
     with pytest.raises(InputError, match=r"no training clip lasts 12 s; take longer clips or a smaller learner\.shortest_s"):
