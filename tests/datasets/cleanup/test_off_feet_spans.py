@@ -171,6 +171,15 @@ def test_a_jump_onto_a_box_counts_where_heights_were_recorded() -> None:
     assert find_off_feet_spans(replace(clip, rooted=False)) == []
 
 
+@pytest.mark.parametrize(("rise", "climbs"), [(-0.32, False), (1.5, True)])
+def test_a_root_that_drifts_while_no_foot_stands_is_no_step(rise: float, climbs: bool) -> None:
+    # Gliding at 2.5 m/s for 3 s, as a runner in whose recording no foot ever stands: a suit's root may drift by 0.6 m in that time, which
+    # a step of 0.25 m has to exceed.
+    over = track((0, 0, 0), (1, 0, 0), (4, 7.5, rise), (5, 7.5, rise))
+    spans = find_off_feet_spans(figure(over + np.array([0.0, 0.9]), over, over))
+    assert ["climbs" in span.reason for span in spans] == [True] * climbs
+
+
 @pytest.mark.parametrize(("seconds", "found"), [(0.6, []), (3.0, ["hangs or is carried"])])
 def test_nobody_jumps_for_seconds(seconds: float, found: list[str]) -> None:
     # Lifted to 0.6 m at 2 m/s, carried along at 1 m/s, set down: in the air 0.3 s longer than carried. A jump of 0.6 s is a good one.
