@@ -15,8 +15,8 @@ from datasets.motion.kinematics import linear_velocity
 # with a reconstructed root; a foot differs from the one that stood before by up to 0.14 m, but by 0.8 m with a reconstructed root.
 MIN_STEP_HEIGHT_M = 0.13  # m, between two feet that stand at the same time, above which they stand on different levels, such as a stair's
 MIN_LEAP_HEIGHT_M = 0.25  # m, the same between a foot that stands and the one that stood before, if they never stand together
-# m/s, by which a suit's root may sink or rise while no foot is found standing, as of a runner: so much more has such a step to be. Simulated
-# suits of Bandai's runs drift by 0.1 and 0.2 m/s over three seconds.
+# m/s, by which a suit's root may sink or rise while no foot is found standing, as of a runner: so much more has such a step to be.
+# Simulated suits of Bandai's runs drift by 0.1 and 0.2 m/s over three seconds.
 MAX_DRIFT_M_S = 0.2
 MIN_DOUBLE_STANCE_S = 0.05  # s, shortest overlap of two stances that stand at the same time
 GROUND_TOLERANCE_M = 0.07  # m, from the ground, beyond which a standing foot may stand on something else
