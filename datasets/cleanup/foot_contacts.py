@@ -14,8 +14,8 @@ MAX_CONTACT_SPEED_M_S = 0.4  # m/s, of a sole point in contact
 VELOCITY_SMOOTHING_S = 1.0 / 15.0  # s, over which velocities are averaged
 SUPPORT_POINT_MARGIN_M = 0.02  # m, above the foot's lowest sole point, within which another one may carry it
 STANDING_HEIGHT_MARGIN_M = 0.06  # m, above its lowest place in a slow span, or above the other foot, within which a foot stands
-# A foot at the top of a jump is slow, too, but falls by as much soon before and soon after: of a jump of 3 cm 8 mm within the slow span
-# and 22 beside it. A foot that stands sinks by millimetres when it is loaded and when it rolls off, by up to 16 on Bandai's skeleton.
+# A foot is slow at the top of a jump, too, but there it is this much lower soon before and soon after: in a jump of 3 cm it falls by 8 mm
+# while it is slow and by 22 after that. A foot that stands sinks by up to 16 mm, on Bandai's skeleton, when it is loaded and rolls off.
 JUMP_TOP_M, JUMP_TOP_S = 0.02, 0.15
 MIN_CONTACT_S = 0.05  # s, 5 frames of the thesis's 100 Hz; a shorter contact is removed
 MIN_CONTACT_GAP_S = 0.15  # s, 15 frames of the thesis's 100 Hz; a shorter gap between contacts is filled
@@ -84,9 +84,8 @@ def _standing(slow: np.ndarray, heights: np.ndarray, above: np.ndarray, around: 
     for start, stop in true_spans(slow):
         lower = above[start:stop] < STANDING_HEIGHT_MARGIN_M
         here = heights[start:stop]
-        before, after = heights[max(start - around, 0) : start], heights[stop : stop + around]
-        below = min(here[0], here[-1]) - JUMP_TOP_M
-        is_jump_top = bool(before.size and after.size and before.min() < below and after.min() < below)
-        if lower.any() and not is_jump_top:
+        beside = heights[max(start - around, 0) : start], heights[stop : stop + around]
+        fall = min(here[0], here[-1]) - max(side.min(initial=np.inf) for side in beside)  # of the side on which it falls less
+        if lower.any() and fall <= JUMP_TOP_M:
             standing[start:stop] = here < here[lower].min() + STANDING_HEIGHT_MARGIN_M
     return standing
