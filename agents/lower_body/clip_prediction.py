@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import torch
 
+from agents.lower_body.agreed_contacts import agreed_contacts
 from agents.lower_body.model import LowerBodyModel, LowerBodyPrediction
 from agents.lower_body.pose import LowerBodyPose, lower_body_pose, tracking_masks
 from agents.lower_body.tracked_contacts import TrackedContacts
@@ -32,8 +33,11 @@ def predict_clips(model: LowerBodyModel, clips: Sequence[JointPoses]) -> list[Lo
         predicted = model.eval()(features, masks)
         for row, clip in enumerate(some):
             frames = len(clips[clip].positions)
-            body = lower_body_pose(clips[clip], LowerBodyPrediction(*(part[row, :frames] for part in predicted)))
-            found[clip] = reach_tracked_joints(body._replace(contacts=_contacts(clips[clip], body.contacts)), clips[clip])
+            own = LowerBodyPrediction(*(part[row, :frames] for part in predicted))
+            body = lower_body_pose(clips[clip], own)
+            before = np.concat([np.full((1, 2, 3), np.nan), body.toes[:-1]])
+            contacts = _contacts(clips[clip], agreed_contacts(body, own.contacts.numpy(), before))
+            found[clip] = reach_tracked_joints(body._replace(contacts=contacts), clips[clip])
     return [found[clip] for clip in range(len(clips))]
 
 

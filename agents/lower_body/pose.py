@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from agents.lower_body.model import LowerBodyPrediction
-from datasets.motion.rotation_matrices import matrices_to_quaternions
+from datasets.motion.rotation_matrices import matrices_to_quaternions, quaternions_to_matrices
 from datasets.trackers.joint_features import JointPoses, reference_frame
-from datasets.trackers.lower_body import LEG_JOINTS, MOVING_LEG_JOINTS
+from datasets.trackers.lower_body import LEG_JOINTS, MOVING_LEG_JOINTS, toe_positions
 from datasets.trackers.trackers import ALL_TRACKER_NAMES, PELVIS_TRACKER, TrackerPoses
 
 _THIGHS = [0, 3]  # among the six leg joints
@@ -28,9 +28,15 @@ class LowerBodyPose(NamedTuple):
     legs: np.ndarray
     contacts: np.ndarray
 
+    @property
+    def toes(self) -> np.ndarray:
+        """Positions of the toe-bases in the world [m], shape (..., 2, 3)."""
+        own = toe_positions(quaternions_to_matrices(self.legs))
+        return self.pelvis_position[..., None, :] + own @ np.swapaxes(quaternions_to_matrices(self.pelvis_rotation), -1, -2)
+
 
 def lower_body_pose(joints: JointPoses, predicted: LowerBodyPrediction) -> LowerBodyPose:
-    """Return the lower bodies of frames.
+    """Return the lower bodies of frames; contacts are the network's alone.
 
     Args:
         joints: Poses of the joints as the network saw them, NumPy, shape (..., 8, ...).

@@ -3,6 +3,7 @@
 import numpy as np
 import torch
 
+from agents.lower_body.agreed_contacts import agreed_contacts
 from agents.lower_body.model import LowerBodyModel, LowerBodyPrediction
 from agents.lower_body.pose import LowerBodyPose, joint_poses, lower_body_pose, tracking_masks
 from agents.lower_body.tracked_contacts import TrackedContacts
@@ -24,6 +25,7 @@ class LowerBodyStream:
         self._before = JointPoses(
             np.zeros((users, joints, 3)), np.tile(np.eye(3), (users, joints, 1, 1)), *np.zeros((2, users, joints), dtype=bool)
         )
+        self._toes = np.full((users, 2, 3), np.nan)  # m, predicted positions in the previous frame
         self._tracked_contacts = TrackedContacts(users)
         self._frames = np.zeros(users, dtype=int)
 
@@ -31,6 +33,7 @@ class LowerBodyStream:
         """Reset the states of the users in ``rows``, shape (n,)."""
         self._states[:, :, rows] = 0.0
         self._before.seen[rows] = self._before.oriented[rows] = False
+        self._toes[rows] = np.nan
         self._tracked_contacts.reset(rows)
         self._frames[rows] = 0
 
@@ -66,6 +69,8 @@ class LowerBodyStream:
         predicted = self._predict(torch.from_numpy(rows), features, torch.from_numpy(tracking_masks(joints)))
         self._frames[rows] += 1
         body = lower_body_pose(joints, predicted)
+        body = body._replace(contacts=agreed_contacts(body, predicted.contacts.numpy(), self._toes[rows]))
+        self._toes[rows] = body.toes
         if joints.seen[:, FOOT_TRACKERS].any():
             body = body._replace(contacts=self._tracked_contacts.step(rows, joints, body.contacts))
         return body, self._frames[rows] > WARM_UP_FRAMES
