@@ -18,7 +18,7 @@ from agents.policy.policy import Policy
 from datasets.library.motion_library import MotionLibrary, Observed
 from datasets.motion.body_state import BodyState
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import HEAD_BODY, HINGE_COUNT
+from datasets.motion.humanoid import BODY_NAMES, HEAD_BODY, HINGE_COUNT, HINGES
 from envs.mimic.episode_metrics import body_error
 from envs.mimic.root_assist import BODY_WEIGHT_N
 from envs.mimic.spec import MimicSpec
@@ -32,7 +32,9 @@ WINDOWS_BETWEEN_PRUNINGS = 30  # a second of the clip
 SCORE_DECAY = 0.95  # of rewards by their age; the critic's value ahead is a mean reward a step and weighs as much as one
 MAX_POSE_ERROR_M = 0.2  # mean distance of the bodies from the reference's, roots aligned, beyond which a sample is dropped
 # Weights beside the reward, which hardly falls with the small errors from which falls begin.
-COM_ERROR_WEIGHT, COM_SPEED_ERROR_WEIGHT, HEAD_ERROR_WEIGHT, POSE_ERROR_WEIGHT = 15.0, 10.0, 15.0, 800.0
+COM_ERROR_WEIGHT, COM_SPEED_ERROR_WEIGHT, HEAD_ERROR_WEIGHT, POSE_ERROR_WEIGHT = 15.0, 10.0, 15.0, 1600.0
+# Bodies that follow the clip by their motors alone: arms balance little, and noise on them took hands farther from the clip than all else.
+_UNCORRECTED = ("collar", "upper_arm", "forearm", "hand")
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,8 @@ class SearchSettings:
             aim, so that all of a residual moves joints further off than none.
         virtual_share: Share of the controllers whose legs exert the virtual model's forces.
         steps_per_window: Control steps from one selection to the next.
-        noise_std: Standard deviation of the noise on the actions, twice what training explores with.
+        max_noise_std: Largest standard deviation of the noise on a sample's actions; each has its own in each control step, from 0 on, so
+            that some stay near to what is easy to follow and some catch a fall.
         assist_force_bw: Largest force on the pelvis towards the clip [body weights]: what a handrail gives; 0 is none.
     """
 
@@ -55,7 +58,7 @@ class SearchSettings:
     residual_shares: tuple[float, float] = (0.0, 0.5)
     virtual_share: float = 0.5
     steps_per_window: int = 1
-    noise_std: float = 0.25
+    max_noise_std: float = 0.4
     assist_force_bw: float = 0.1
 
 
@@ -126,6 +129,8 @@ class SamconSearch:
         )
         self._env.assist_force_bw = self._settings.assist_force_bw
         self._physics = cast(RecordingPhysics, self._env.physics)
+        bodies = [BODY_NAMES[HINGES[hinge][0]] for hinge in simulator.spec.residual_hinges]
+        self._is_corrected = np.array([not body.startswith(_UNCORRECTED) for body in bodies])  # (A,)
         self._random = np.random.default_rng(seed)
 
     def segments(self) -> Iterator[Segment]:
@@ -180,9 +185,12 @@ class SamconSearch:
 
     def _actions(self, observation: np.ndarray, controllers: Controllers, num_survivors: int) -> np.ndarray:
         """Return each controller's share of the policy's actions (K, A), with noise on all but the first copy of each survivor."""
-        noise = self._random.normal(scale=self._settings.noise_std, size=(len(observation), self._env.task.action_size))
+        count = len(observation)
+        noise = self._random.uniform(0.0, self._settings.max_noise_std, (count, 1)) * self._random.normal(
+            size=(count, self._env.task.action_size)
+        )
         noise[:num_survivors] = 0.0
-        return (controllers.residual_share * self._policy.act(observation) + noise).astype(np.float32)
+        return (self._is_corrected * (controllers.residual_share * self._policy.act(observation) + noise)).astype(np.float32)
 
     def _snapshot(self, frame: tuple[np.ndarray, ...]) -> np.ndarray:
         """Return states, PD targets and the assisting force [body weights] of all samples, shape (K, 143)."""

@@ -34,7 +34,7 @@ SEARCH_VARIANTS = {  # by name of the rows
     **{f"virtual, residual {share:g}": SearchSettings(residual_shares=(share, share), virtual_share=1.0) for share in (0.0, 0.25, 0.5)},
     "a choice in 3 steps": SearchSettings(steps_per_window=3),
     **{f"assist {force:g}": SearchSettings(assist_force_bw=force) for force in (0.0, 0.05, 0.2)},
-    "noise 0.15": SearchSettings(noise_std=0.15),
+    "noise up to 0.2": SearchSettings(max_noise_std=0.2),
     "quality good": QUALITIES[GOOD],
 }
 IN_USE, LONG_INTERVAL, NO_ASSIST = "in use", "a choice in 3 steps", "assist 0"

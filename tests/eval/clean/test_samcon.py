@@ -9,6 +9,7 @@ import pytest
 from agents.policy.policy import Policy
 from datasets.library.motion_library import MotionLibrary
 from datasets.motion.clip import BodyMotion
+from datasets.motion.humanoid import BODY_NAMES, HINGES
 from envs.physics.mujoco_cpu import RecordingPhysics
 from eval.clean import samcon
 from eval.clean.samcon import SamconSearch, SearchSettings, Segment, Simulator, _prune, _Window
@@ -167,10 +168,26 @@ def test_only_a_share_of_the_residual_is_played() -> None:
         def act(self, observation: np.ndarray) -> np.ndarray:
             return np.full((len(observation), 20), 0.1, dtype=np.float32)
 
-    told = []
+    # Arms are not corrected.
+    knees, shoulders = [], []
     for share in (0.0, 0.5):
         policy = Asking(SPEC.observation_size, SPEC.action_size, (8,))
-        search = replace(ALONE, noise_std=0.0, residual_shares=(share, share), virtual_share=0.0)
+        search = replace(ALONE, max_noise_std=0.0, residual_shares=(share, share), virtual_share=0.0)
         (take,) = SamconSearch(Simulator(policy, SPEC, 1, search), posed({}, 5)).segments()
-        told.append(take.targets[:, hinge("shin_l_y")])
-    assert told[1][1:] - told[0][1:] == pytest.approx([0.01, 0.01, 0.018, 0.018], abs=1e-6)
+        knees.append(take.targets[:, hinge("shin_l_y")])
+        shoulders.append(take.targets[:, hinge("upper_arm_l_y")])
+    assert knees[1][1:] - knees[0][1:] == pytest.approx([0.01, 0.01, 0.018, 0.018], abs=1e-6)
+    assert shoulders[1] == pytest.approx(shoulders[0], abs=1e-6)
+
+
+def test_noise_moves_legs_and_no_arms() -> None:
+    # Of one sample beside the one without noise: all that is told its motors but noise is the clip's, which stands still.
+    search = replace(ALONE, num_samples=2, num_survivors=1, max_noise_std=10.0, residual_shares=(0.0, 0.0), virtual_share=0.0)
+    search = SamconSearch(Simulator(Policy(SPEC.observation_size, SPEC.action_size, (8,)), SPEC, 1, search), posed({}, 5))
+    actions = search._actions(np.zeros((2, SPEC.observation_size), dtype=np.float32), search._draw_controllers(), 1)
+    hinges = [HINGES[one] for one in SPEC.residual_hinges]
+    arms = np.array([BODY_NAMES[body].startswith("upper_arm") for body, _ in hinges])
+    assert arms.sum() == 6
+    assert not actions[0].any()
+    assert not actions[1, arms].any()
+    assert actions[1, ~arms].all()
