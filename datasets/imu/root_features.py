@@ -17,8 +17,9 @@ from datasets.motion.rotation import Array, array_namespace, heading, rotate
 ROOT_RATE_HZ = SENSOR_RATE_HZ  # Hz, thesis 2.4.3 and 3.4.1
 MAX_MEAN_LIFT_M_S2 = 3.0  # m/s^2, mean over a second or more: 0 between two rests, -5 over a whole long jump's flight
 LOWER_BODIES: tuple[int, ...] = tuple(b for b, name in enumerate(BODY_NAMES) if name.startswith(("pelvis", "thigh", "shin", "foot", "toe")))
+STANCE_BODIES = tuple(body for foot in FOOT_AND_TOE_BODIES for body in foot)  # ankle and toe joint of the left and of the right foot
 # m, mean place of the toe joints of cmu/train in the humanoid's foot. The models in the package saw the humanoid's toe in its stead and
-# have learnt how far it moves while such a foot rolls over its own.
+# have learnt how far that moves while such a foot rolls over its own.
 USUAL_TOE_OFFSET = (0.117, 0.0, -0.037)
 
 
@@ -26,8 +27,9 @@ class RootFrames(NamedTuple):
     """Frames of one clip or of many one after the other.
 
     Attributes:
-        joints: Origins of the 20 bodies relative to the pelvis' [m], shape (N, 20, 3). Toes are as far from the humanoid's as the
-            performer's from ``USUAL_TOE_OFFSET``.
+        joints: Origins of the 20 bodies relative to the pelvis' [m], shape (N, 20, 3).
+        stance_points: Points that may carry the body, relative to the pelvis [m], shape (N, 4, 3): ``STANCE_BODIES``, with toes as far
+            from the humanoid's as the performer's are from ``USUAL_TOE_OFFSET``.
         accelerations: Free accelerations of the 19 sensors, thesis eq. 3.2 [m/s^2], shape (N, 19, 3); zero where there are none.
         heading: Heading of the pelvis [rad], shape (N,).
         centre: Centre of mass of the pose relative to the pelvis [m], shape (N, 3).
@@ -36,6 +38,7 @@ class RootFrames(NamedTuple):
     """
 
     joints: Array
+    stance_points: Array
     accelerations: Array
     heading: Array
     centre: Array
@@ -61,8 +64,10 @@ def root_frames(motion: BodyMotion, accelerations: np.ndarray | None = None, tru
     positions, rotations = body_poses(clip)
     centre = centre_of_mass(positions, rotations) - positions[:, 0]
     real = resample(truth, ROOT_RATE_HZ) if truth else clip
+    joints = positions - positions[:, :1]
     parts = (
-        _joints_about_pelvis(clip, positions, rotations),
+        joints,
+        _stance_points(joints, rotations, clip.toe_offsets),
         np.zeros((len(clip), len(SENSOR_BODIES), 3)) if accelerations is None else accelerations,
         heading(clip.local_rotations[:, 0]),
         centre,
@@ -72,13 +77,14 @@ def root_frames(motion: BodyMotion, accelerations: np.ndarray | None = None, tru
     return RootFrames(*(part.astype(np.float32) for part in parts))
 
 
-def _joints_about_pelvis(clip: BodyMotion, positions: np.ndarray, rotations: np.ndarray) -> np.ndarray:
-    """Return ``RootFrames.joints`` of a clip from the origins (N, 20, 3) [m] and rotations (N, 20, 4) of its bodies."""
-    joints = positions - positions[:, :1]
-    if clip.toe_offsets is not None:
-        for (foot, toe), shift in zip(FOOT_AND_TOE_BODIES, clip.toe_offsets - USUAL_TOE_OFFSET, strict=True):
-            joints[:, toe] += rotate(rotations[:, foot], np.broadcast_to(shift, (len(clip), 3)))
-    return joints
+def _stance_points(joints: np.ndarray, rotations: np.ndarray, toe_offsets: np.ndarray | None) -> np.ndarray:
+    """Return ``RootFrames.stance_points`` from joints about the pelvis (N, 20, 3) [m] and rotations (N, 20, 4) in the world."""
+    points = joints[:, STANCE_BODIES]
+    if toe_offsets is not None:
+        for side, (foot, _) in enumerate(FOOT_AND_TOE_BODIES):
+            shift = np.broadcast_to(toe_offsets[side] - USUAL_TOE_OFFSET, (len(joints), 3))
+            points[:, 2 * side + 1] += rotate(rotations[:, foot], shift)
+    return points
 
 
 def _checked(accelerations: np.ndarray, name: str, frames: int) -> np.ndarray:

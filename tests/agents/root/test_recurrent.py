@@ -11,8 +11,8 @@ from agents.root.model import RootModel
 from agents.root.recurrent.patches import patch_features
 from agents.root.recurrent.velocity_filter import PatchMotion, PatchSteps, patch_displacements, patch_steps, patch_velocities
 from agents.root.recurrent_path import patch_motion
-from agents.root.spec import STANCE_BODIES, RootSpec
-from datasets.imu.root_features import USUAL_TOE_OFFSET, root_frames
+from agents.root.spec import RootSpec
+from datasets.imu.root_features import STANCE_BODIES, USUAL_TOE_OFFSET, root_frames
 from datasets.imu.sensor_model import SENSOR_BODIES
 from datasets.motion.humanoid import BODY_NAMES
 from tests.builders import posed

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from configs.errors import InputError
-from datasets.imu.root_features import USUAL_TOE_OFFSET, root_frames, to_heading_frame
+from datasets.imu.root_features import STANCE_BODIES, USUAL_TOE_OFFSET, root_frames, to_heading_frame
 from datasets.motion.humanoid import BODY_NAMES
 from tests.builders import posed
 
@@ -29,21 +29,19 @@ def test_toes_are_where_the_performers_are() -> None:
     Ankles are at (0, 0.09, -0.86), the humanoid's toe is 13 cm ahead of them and 6 cm lower. A turn by 90 degrees about y takes what is
     ahead down, and what is below back.
     """
-    flat = posed({}, frames=61)
+    flat, down = posed({}, frames=61), posed({"foot_l_y": 90.0}, frames=61)
     toes = np.array([USUAL_TOE_OFFSET, USUAL_TOE_OFFSET]) + np.array([0.02, 0.0, -0.03])
-    toe_l, toe_r = BODY_NAMES.index("toe_l"), BODY_NAMES.index("toe_r")
-    joints = root_frames(replace(flat, toe_offsets=toes)).joints
-    np.testing.assert_allclose(joints[50, toe_l], [0.13 + 0.02, 0.09, -0.86 - 0.06 - 0.03], atol=1e-6)
-    np.testing.assert_allclose(joints[50, toe_r], [0.15, -0.09, -0.95], atol=1e-6)
-    joints = root_frames(replace(posed({"foot_l_y": 90.0}, frames=61), toe_offsets=toes)).joints
-    np.testing.assert_allclose(joints[50, toe_l], [-0.06 - 0.03, 0.09, -0.86 - 0.13 - 0.02], atol=1e-6)
-    np.testing.assert_allclose(joints[50, toe_r], [0.15, -0.09, -0.95], atol=1e-6)
+    right = [[0.0, -0.09, -0.86], [0.13 + 0.02, -0.09, -0.86 - 0.06 - 0.03]]
+    points = root_frames(replace(flat, toe_offsets=toes)).stance_points
+    np.testing.assert_allclose(points[50], [[0.0, 0.09, -0.86], [0.15, 0.09, -0.95], *right], atol=1e-6)
+    points = root_frames(replace(down, toe_offsets=toes)).stance_points
+    np.testing.assert_allclose(points[50], [[0.0, 0.09, -0.86], [-0.06 - 0.03, 0.09, -0.86 - 0.13 - 0.02], *right], atol=1e-6)
 
 
 def test_unknown_toes_are_usual_ones() -> None:
     clip = posed({"foot_l_y": 30.0}, frames=61)
-    usual = root_frames(replace(clip, toe_offsets=np.array([USUAL_TOE_OFFSET] * 2)))
-    assert usual.joints.tobytes() == root_frames(clip).joints.tobytes()
+    known, unknown = (root_frames(replace(clip, toe_offsets=toes)) for toes in (np.array([USUAL_TOE_OFFSET] * 2), None))
+    assert known.stance_points.tobytes() == unknown.stance_points.tobytes() == unknown.joints[:, STANCE_BODIES].tobytes()
 
 
 def test_accelerations_may_be_one_sample_short() -> None:
