@@ -9,7 +9,7 @@ import torch
 from agents.root.model import RootModel
 from agents.root.recurrent.patches import PATCH_FRAMES, WINDOW_FRAMES, patch_features
 from agents.root.recurrent.velocity_filter import PatchMotion, patch_displacements, patch_steps, patch_velocities
-from agents.root.spec import STANCE_BODIES, RootSpec
+from agents.root.spec import RootSpec
 from datasets.cleanup.ballistic_flight import com_acceleration
 from datasets.imu.root_features import RootFrames
 
@@ -53,6 +53,6 @@ def patch_motion(frames: RootFrames, firsts: np.ndarray, accelerations: bool) ->
         accelerations: Whether accelerations are used.
     """
     rows = np.minimum(firsts[:, None] + np.arange(PATCH_FRAMES + 1), len(frames.heading) - 1)
-    points, centre = (part.astype(float) for part in (frames.joints[:, STANCE_BODIES], frames.centre))
+    points, centre = (part.astype(float) for part in (frames.stance_points, frames.centre))
     felt = com_acceleration(frames.accelerations[rows].astype(float)).mean(1) if accelerations else np.zeros((len(firsts), 3))
     return PatchMotion(points[rows], centre[rows], felt, frames.heading[firsts].astype(float))

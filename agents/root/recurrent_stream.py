@@ -11,7 +11,7 @@ from agents.root.networks.gru import HIDDEN, GruNetwork
 from agents.root.recurrent.patches import PATCH_FRAMES, WINDOW_FRAMES, patch_features
 from agents.root.recurrent.velocity_filter import patch_displacements, patch_steps
 from agents.root.recurrent_path import patch_motion
-from datasets.imu.root_features import RootFrames
+from datasets.imu.root_features import STANCE_BODIES, RootFrames
 
 Predictor = Callable[[np.ndarray], np.ndarray]
 
@@ -66,7 +66,8 @@ class RecurrentRootSteps:
     def _seen(self) -> RootFrames:
         """Return the last frames, without the true paths."""
         parts = [np.stack([getattr(frame, name) for frame in self._frames]) for name in ("joints", "accelerations", "heading", "centre")]
-        return RootFrames(*parts, root=parts[3], com=parts[3])
+        joints, accelerations, heading, centre = parts
+        return RootFrames(joints, joints[:, STANCE_BODIES], accelerations, heading, centre, root=centre, com=centre)
 
     def _patch(self, seen: RootFrames, first: int) -> np.ndarray:
         """Return the steps (4, 3) of the patch that begins ``first`` frames after the oldest, by the newest outputs."""

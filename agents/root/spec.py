@@ -10,13 +10,11 @@ from agents.root.networks.planar_unet import PlanarUnet
 from agents.root.networks.root3d_unet import Root3dUnet
 from agents.root.recurrent import patches
 from configs.errors import InputError
+from datasets.imu.root_features import STANCE_BODIES
 from datasets.imu.sensor_model import SENSOR_BODIES
-from datasets.motion.humanoid import BODY_COUNT, FOOT_AND_TOE_BODIES
+from datasets.motion.humanoid import BODY_COUNT
 
 NETWORKS = {"gru": GruNetwork, "root3d": Root3dUnet, "planar_unet": PlanarUnet, "planar_cnn": PlanarCnn}
-STANCE_BODIES = tuple(
-    body for foot in FOOT_AND_TOE_BODIES for body in foot
-)  # ankle and toe joint of each foot: points that may carry the body
 # m/s, up to which the stance filter keeps feet from sliding under the path of the recurrent model. That model knows a suit's steps to be
 # too short: a walk whose feet are kept still would have steps of the suit's length again.
 RECURRENT_SLIDE_SPEED_M_S = 0.08

@@ -5,7 +5,8 @@ network that has seen few people guesses a speed that it has seen; the feet show
 """
 
 from agents.root.recurrent.stance_weights import stance_weights
-from agents.root.spec import STANCE_BODIES, RootSpec
+from agents.root.spec import RootSpec
+from datasets.imu.root_features import STANCE_BODIES
 from datasets.motion.rotation import Array, array_namespace
 
 

@@ -23,7 +23,7 @@ _UNIT_TOLERANCE = 1e-3  # largest deviation of a quaternion's squared length fro
 
 
 class RootStream:
-    """Applies a root model to frames at 100 Hz; equals ``reconstruct_root`` of the whole clip.
+    """Applies a root model to frames at 100 Hz; equals ``reconstruct_root`` of the whole clip of somebody whose toes are unknown.
 
     The position of a frame is known ``delay`` frames later: 6 (0.06 s) with Root3D, 62 (0.62 s) with planar models of displacements,
     63 with those of heights. Only then are the last windows complete that it depends on: a step between two frames depends on

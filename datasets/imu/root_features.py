@@ -10,13 +10,17 @@ import numpy as np
 from configs.errors import InputError
 from datasets.imu.sensor_model import SENSOR_BODIES, SENSOR_RATE_HZ
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import BODY_NAMES
+from datasets.motion.humanoid import BODY_NAMES, FOOT_AND_TOE_BODIES
 from datasets.motion.kinematics import body_poses, centre_of_mass, resample
-from datasets.motion.rotation import Array, array_namespace, heading
+from datasets.motion.rotation import Array, array_namespace, heading, rotate
 
 ROOT_RATE_HZ = SENSOR_RATE_HZ  # Hz, thesis 2.4.3 and 3.4.1
 MAX_MEAN_LIFT_M_S2 = 3.0  # m/s^2, mean over a second or more: 0 between two rests, -5 over a whole long jump's flight
 LOWER_BODIES: tuple[int, ...] = tuple(b for b, name in enumerate(BODY_NAMES) if name.startswith(("pelvis", "thigh", "shin", "foot", "toe")))
+STANCE_BODIES = tuple(body for foot in FOOT_AND_TOE_BODIES for body in foot)  # ankle and toe joint of the left and of the right foot
+# m, mean place of the toe joints of cmu/train in the humanoid's foot. The models in the package saw the humanoid's toe in its stead and
+# have learnt how far that moves while such a foot rolls over its own.
+USUAL_TOE_OFFSET = (0.117, 0.0, -0.037)
 
 
 class RootFrames(NamedTuple):
@@ -24,6 +28,8 @@ class RootFrames(NamedTuple):
 
     Attributes:
         joints: Origins of the 20 bodies relative to the pelvis' [m], shape (N, 20, 3).
+        stance_points: Points that may carry the body, relative to the pelvis [m], shape (N, 4, 3): ``STANCE_BODIES``, with toes as far
+            from the humanoid's as the performer's are from ``USUAL_TOE_OFFSET``.
         accelerations: Free accelerations of the 19 sensors, thesis eq. 3.2 [m/s^2], shape (N, 19, 3); zero where there are none.
         heading: Heading of the pelvis [rad], shape (N,).
         centre: Centre of mass of the pose relative to the pelvis [m], shape (N, 3).
@@ -32,6 +38,7 @@ class RootFrames(NamedTuple):
     """
 
     joints: Array
+    stance_points: Array
     accelerations: Array
     heading: Array
     centre: Array
@@ -57,8 +64,10 @@ def root_frames(motion: BodyMotion, accelerations: np.ndarray | None = None, tru
     positions, rotations = body_poses(clip)
     centre = centre_of_mass(positions, rotations) - positions[:, 0]
     real = resample(truth, ROOT_RATE_HZ) if truth else clip
+    joints = positions - positions[:, :1]
     parts = (
-        positions - positions[:, :1],
+        joints,
+        _stance_points(joints, rotations, clip.toe_offsets),
         np.zeros((len(clip), len(SENSOR_BODIES), 3)) if accelerations is None else accelerations,
         heading(clip.local_rotations[:, 0]),
         centre,
@@ -66,6 +75,16 @@ def root_frames(motion: BodyMotion, accelerations: np.ndarray | None = None, tru
         centre_of_mass(*body_poses(real)),
     )
     return RootFrames(*(part.astype(np.float32) for part in parts))
+
+
+def _stance_points(joints: np.ndarray, rotations: np.ndarray, toe_offsets: np.ndarray | None) -> np.ndarray:
+    """Return ``RootFrames.stance_points`` from joints about the pelvis (N, 20, 3) [m] and rotations (N, 20, 4) in the world."""
+    points = joints[:, STANCE_BODIES]
+    if toe_offsets is not None:
+        for side, (foot, _) in enumerate(FOOT_AND_TOE_BODIES):
+            shift = np.broadcast_to(toe_offsets[side] - USUAL_TOE_OFFSET, (len(joints), 3))
+            points[:, 2 * side + 1] += rotate(rotations[:, foot], shift)
+    return points
 
 
 def _checked(accelerations: np.ndarray, name: str, frames: int) -> np.ndarray:

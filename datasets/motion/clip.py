@@ -70,6 +70,8 @@ class BodyMotion:
         system: Capture system: "optical", "imu", "synthetic" or "imu_suit" (simulated).
         kind: Kind of motion in a word or two, such as "walk".
         rooted: Whether the recording holds the path of the pelvis; else ``root_position`` is a placeholder.
+        toe_offsets: Places of the performer's left and right toe joint in the frame of the humanoid's foot, whose own toe is elsewhere [m],
+            shape (2, 3); None where they are unknown.
     """
 
     root_position: np.ndarray
@@ -80,11 +82,16 @@ class BodyMotion:
     system: str = "unknown"
     kind: str = "unknown"
     rooted: bool = True
+    toe_offsets: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         """Freeze and check the arrays."""
         _freeze(self, "root_position", (3,))
         _freeze(self, "local_rotations", (BODY_COUNT, 4))
+        if self.toe_offsets is not None:
+            _freeze(self, "toe_offsets", (3,))
+            if len(self.toe_offsets) != 2:
+                raise ValueError(f"toe_offsets has {len(self.toe_offsets)} rows, should have one for each foot")
         if len(self.root_position) != len(self.local_rotations):
             raise ValueError("root_position and local_rotations differ in their number of frames")
 

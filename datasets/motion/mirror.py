@@ -26,4 +26,5 @@ def mirror_motion(motion: BodyMotion) -> BodyMotion:
         name=mirrored_name(motion.name),
         root_position=motion.root_position * MIRRORED_VECTOR,
         local_rotations=motion.local_rotations[:, OTHER_SIDE] * MIRRORED_QUATERNION,
+        toe_offsets=None if motion.toe_offsets is None else motion.toe_offsets[::-1] * MIRRORED_VECTOR,
     )

@@ -110,7 +110,7 @@ def retarget(performer_clip: PerformerClip) -> Retargeted:
     motion = BodyMotion(root, local, performer_clip.motion.fps, performer_clip.motion.name)
     lift = -_ground(motion, calibration.stance_mask)
     motion = _bend_toes(replace(motion, root_position=root + np.array([0.0, 0.0, lift])))
-    motion = replace(motion, rooted=_has_root_path(motion, world.positions["pelvis"]))
+    motion = replace(motion, rooted=_has_root_path(motion, world.positions["pelvis"]), toe_offsets=_toe_offsets(world, calibration))
     return Retargeted(motion, performer_clip, calibration, scale, origin, yaw, lift)
 
 
@@ -178,6 +178,18 @@ def foot_tip(performer_clip: PerformerClip, foot: str) -> np.ndarray:
     if performer_clip.end_offsets[joint].any() or not ahead:
         ahead.append(performer_clip.end_offsets[joint])
     return np.mean(ahead, axis=0)
+
+
+def _toe_offsets(world: WorldPoses, calibration: PerformerCalibration) -> np.ndarray | None:
+    """Return the places of the performer's toe joints in the humanoid's feet [m], shape (2, 3); None if a foot has no toe joint."""
+    if not {"toe_l", "toe_r"} <= world.positions.keys():
+        return None
+
+    def offset(foot: str, toe: str) -> np.ndarray:
+        ahead = rotate(conjugate(world.rotations[foot]), world.positions[toe] - world.positions[foot])  # in the joint's frame
+        return rotate(conjugate(calibration.frames[foot]), np.median(ahead, axis=0))
+
+    return np.stack([offset(f"foot_{side}", f"toe_{side}") for side in "lr"])
 
 
 def _ground(motion: BodyMotion, stands: np.ndarray) -> float:

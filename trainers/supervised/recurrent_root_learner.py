@@ -11,9 +11,8 @@ from agents.root.augmentation import mirror_bodies
 from agents.root.model import RootModel
 from agents.root.recurrent.patches import PATCH_FRAMES, PATCH_S, WINDOW_FRAMES, patch_features
 from agents.root.recurrent.velocity_filter import PatchMotion, patch_displacements, patch_steps, patch_velocities
-from agents.root.spec import STANCE_BODIES
 from datasets.cleanup.ballistic_flight import com_acceleration
-from datasets.imu.root_features import LOWER_BODIES
+from datasets.imu.root_features import LOWER_BODIES, STANCE_BODIES
 from datasets.imu.sensor_model import SENSOR_BODIES
 from datasets.motion.humanoid import BODY_COUNT
 from trainers.algorithms.learner_state import get_state, set_state

@@ -3,7 +3,7 @@
 import numpy as np
 import torch
 
-from datasets.imu.root_features import RootFrames
+from datasets.imu.root_features import STANCE_BODIES, RootFrames
 
 
 def sliding(frames: int, velocity: tuple[float, float, float], heading: float = 0.0) -> RootFrames:
@@ -14,5 +14,5 @@ def sliding(frames: int, velocity: tuple[float, float, float], heading: float = 
     accelerations = np.zeros((frames, 19, 3))
     accelerations[..., 1] = np.arange(19)
     centre = np.broadcast_to([0.0, 0.0, 1.0], (frames, 3))
-    parts = (joints, accelerations, np.full(frames, heading), centre, path, path + centre)
+    parts = (joints, joints[:, STANCE_BODIES], accelerations, np.full(frames, heading), centre, path, path + centre)
     return RootFrames(*(torch.from_numpy(np.array(part, np.float32)) for part in parts))

@@ -1,5 +1,6 @@
 """The recurrent root model by hand: features of a patch, feet that stand, flight, and the velocity from patch to patch."""
 
+from dataclasses import replace
 from math import pi
 
 import numpy as np
@@ -9,9 +10,12 @@ import torch
 from agents.root.model import RootModel
 from agents.root.recurrent.patches import patch_features
 from agents.root.recurrent.velocity_filter import PatchMotion, PatchSteps, patch_displacements, patch_steps, patch_velocities
-from agents.root.spec import STANCE_BODIES, RootSpec
+from agents.root.recurrent_path import patch_motion
+from agents.root.spec import RootSpec
+from datasets.imu.root_features import STANCE_BODIES, USUAL_TOE_OFFSET, root_frames
 from datasets.imu.sensor_model import SENSOR_BODIES
 from datasets.motion.humanoid import BODY_NAMES
+from tests.builders import posed
 
 HAND, FOREARM = BODY_NAMES.index("hand_l"), SENSOR_BODIES.index(BODY_NAMES.index("forearm_r"))
 ANKLE_L, TOE_L, ANKLE_R, TOE_R = range(4)
@@ -68,6 +72,24 @@ def test_the_pelvis_moves_about_the_point_that_stands() -> None:
 
 def test_points_are_those_of_the_feet() -> None:
     assert [BODY_NAMES[body] for body in STANCE_BODIES] == ["foot_l", "toe_l", "foot_r", "toe_r"]
+
+
+def test_a_foot_that_rolls_over_a_lower_toe_carries_the_pelvis_farther() -> None:
+    """Somebody whose toes lie 3 cm below the usual ones, while the left foot comes to point down within a patch.
+
+    That turn takes the 3 cm from below the toe to behind it: as the toe stands, the pelvis goes 3 cm farther ahead and rises 3 cm less.
+    """
+    turns = np.linspace(0.0, 0.5 * pi, 5)
+    standing = posed({}, frames=5)
+    local = standing.local_rotations.copy()
+    local[:, BODY_NAMES.index("foot_l")] = np.stack([np.cos(turns / 2), 0.0 * turns, np.sin(turns / 2), 0.0 * turns], axis=1)
+    usual = replace(standing, local_rotations=local, fps=100.0)
+    lower = replace(usual, toe_offsets=np.array([USUAL_TOE_OFFSET] * 2) + np.array([0.0, 0.0, -0.03]))
+    seen = [patch_motion(root_frames(clip), np.zeros(1, dtype=int), accelerations=False) for clip in (usual, lower)]
+    paths = [displacements(outputs(TOE_L), one, (0.0, 0.0, 0.0)) for one in seen]
+    # The humanoid's toe goes from (0.13, -0.06) ahead of and above the ankle to (-0.06, -0.13): the pelvis the other way.
+    assert paths[0][3] == pytest.approx([0.19, 0.0, 0.07], abs=1e-6)
+    assert paths[1][3] == pytest.approx([0.19 + 0.03, 0.0, 0.07 - 0.03], abs=1e-6)
 
 
 def test_the_added_velocity_is_the_pelvis_own() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from configs.errors import InputError
-from datasets.imu.root_features import root_frames, to_heading_frame
+from datasets.imu.root_features import STANCE_BODIES, USUAL_TOE_OFFSET, root_frames, to_heading_frame
 from datasets.motion.humanoid import BODY_NAMES
 from tests.builders import posed
 
@@ -21,6 +21,27 @@ def test_joints_are_about_the_pelvis_and_the_root_is_the_truths() -> None:
     np.testing.assert_allclose(frames.root[50], [5.0, 0.0, 2.0], atol=1e-6)
     np.testing.assert_allclose(frames.com[50] - frames.root[50], frames.centre[50], atol=1e-6)
     assert not frames.accelerations.any()
+
+
+def test_toes_are_where_the_performers_are() -> None:
+    """Toes 2 cm farther ahead and 3 cm lower than the usual ones, of flat feet and of a left foot that points down.
+
+    Ankles are at (0, 0.09, -0.86), the humanoid's toe is 13 cm ahead of them and 6 cm lower. A turn by 90 degrees about y takes what is
+    ahead down, and what is below back.
+    """
+    flat, down = posed({}, frames=61), posed({"foot_l_y": 90.0}, frames=61)
+    toes = np.array([USUAL_TOE_OFFSET, USUAL_TOE_OFFSET]) + np.array([0.02, 0.0, -0.03])
+    right = [[0.0, -0.09, -0.86], [0.13 + 0.02, -0.09, -0.86 - 0.06 - 0.03]]
+    points = root_frames(replace(flat, toe_offsets=toes)).stance_points
+    np.testing.assert_allclose(points[50], [[0.0, 0.09, -0.86], [0.15, 0.09, -0.95], *right], atol=1e-6)
+    points = root_frames(replace(down, toe_offsets=toes)).stance_points
+    np.testing.assert_allclose(points[50], [[0.0, 0.09, -0.86], [-0.06 - 0.03, 0.09, -0.86 - 0.13 - 0.02], *right], atol=1e-6)
+
+
+def test_unknown_toes_are_usual_ones() -> None:
+    clip = posed({"foot_l_y": 30.0}, frames=61)
+    known, unknown = (root_frames(replace(clip, toe_offsets=toes)) for toes in (np.array([USUAL_TOE_OFFSET] * 2), None))
+    assert known.stance_points.tobytes() == unknown.stance_points.tobytes() == unknown.joints[:, STANCE_BODIES].tobytes()
 
 
 def test_accelerations_may_be_one_sample_short() -> None:

@@ -1,6 +1,7 @@
 """Simulated suits: right with perfect sensors, wrong in the known ways with real ones."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -198,3 +199,10 @@ def test_every_frame_rate_is_kept(fps: float) -> None:
     """The faulty clip has the clean one's frames whatever their rate."""
     clean = squats(2.0, fps)
     assert len(simulate_suit(clean, 1).faulty) == len(clean)
+
+
+def test_a_suit_is_worn_on_the_performers_own_feet() -> None:
+    toes = np.array([[0.10, 0.0, -0.07], [0.11, 0.0, -0.08]])
+    suit = simulate_suit(replace(squats(2.0), toe_offsets=toes), 0)
+    assert suit.faulty.toe_offsets is not None
+    assert suit.faulty.toe_offsets.tolist() == toes.tolist()

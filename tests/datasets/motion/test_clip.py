@@ -46,6 +46,11 @@ def test_bad_arrays_are_refused(root: np.ndarray, rotations: np.ndarray, message
         BodyMotion(root, rotations, 60.0, "bad")
 
 
+def test_toes_are_of_two_feet() -> None:
+    with pytest.raises(ValueError, match="toe_offsets has 1 rows, should have one for each foot"):
+        BodyMotion(np.zeros((2, 3)), np.ones((2, 20, 4)), 60.0, "bad", toe_offsets=np.zeros((1, 3)))
+
+
 def test_own_skeleton_sets_the_shape() -> None:
     skeleton = Skeleton(("a", "b"), (-1, 0), np.zeros((2, 3)))
     assert len(Motion(skeleton, np.zeros((5, 2, 3)), np.ones((5, 2, 4)), 30.0, "m")) == 5

@@ -42,6 +42,12 @@ def test_every_body_is_where_the_mirror_shows_its_partner() -> None:
     assert body_poses(mirror_motion(motion))[0] == pytest.approx(body_poses(motion)[0][:, PARTNERS] * [1.0, -1.0, 1.0], abs=1e-12)
 
 
+def test_toes_change_places() -> None:
+    assert mirror_motion(posed({}, 2)).toe_offsets is None
+    found = mirror_motion(replace(posed({}, 2), toe_offsets=np.array([[0.13, 0.01, -0.06], [0.12, 0.02, -0.05]])))
+    assert found.toe_offsets == pytest.approx(np.array([[0.12, -0.02, -0.05], [0.13, -0.01, -0.06]]))
+
+
 def test_twice_is_the_clip_itself() -> None:
     motion = lively(1)
     again = mirror_motion(mirror_motion(motion))

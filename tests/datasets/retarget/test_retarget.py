@@ -67,6 +67,17 @@ def test_our_own_skeleton_in_any_fashion_gives_the_same_motion(frames: dict[str,
     assert result.calibration.rest_is_human == (frames is not ALONG_BONES)
 
 
+def test_toes_of_longer_feet_are_farther_from_the_ankle() -> None:
+    """Toes of a performer whose feet are a fifth longer than the humanoid's, at half its size, in a file in cm."""
+    bvh = as_bvh(lively(), unit=0.02, frames=ALONG_BONES)
+    toes = [bvh.names.index(f"{side}ToeBase") for side in ("Left", "Right")]
+    longer = bvh.offsets.copy()
+    longer[toes] *= 1.2
+    found = retargeted(replace(bvh, offsets=longer)).motion.toe_offsets
+    assert found == pytest.approx(1.2 * np.array([[0.13, 0.0, -0.06]] * 2), abs=1e-6)
+    assert retargeted(as_bvh(lively(), without=("toe_l",))).motion.toe_offsets is None
+
+
 def strolling() -> BodyMotion:
     """Return somebody who strolls and swings arms and knees; spine and collars hardly move, and on average not at all."""
     frames = 120
