@@ -79,6 +79,13 @@ class Browser:
         found = self._call("DOM.querySelector", nodeId=root, selector=selector)["nodeId"]
         self._call("DOM.setFileInputFiles", nodeId=found, files=[str(file)])
 
+    def drop_file(self, element: str, file: Path) -> None:
+        """Drop a file onto the middle of an element, which an expression finds, as from a file manager."""
+        left, top, width, height = self.box(element)
+        dragged = {"items": [], "files": [str(file)], "dragOperationsMask": 1}  # to be copied
+        for kind in ("dragEnter", "dragOver", "drop"):
+            self._call("Input.dispatchDragEvent", type=kind, x=left + width / 2, y=top + height / 2, data=dragged)
+
     def save_downloads(self, folder: Path) -> None:
         """Save what is downloaded in a folder."""
         self._call("Page.setDownloadBehavior", behavior="allow", downloadPath=str(folder))
