@@ -65,7 +65,8 @@ class ClipPanel:
         self._list.options = (*([] if project else [NO_CLIP]), *dict.fromkeys((*self._files, *([opened] if project else []))))
         self._list.value = opened
         if project is None:
-            self._told.content = "<div style='padding:4px 10px;font-size:0.875em;opacity:0.7'>A BVH, MVNX, AMC, FBX or glTF file; or choose one of the list.</div>"
+            line = "A BVH, MVNX, AMC, FBX or glTF file; or choose one of the list."
+            self._told.content = f"<div style='padding:4px 10px;font-size:0.875em;opacity:0.7'>{line}</div>"
             return
         self._told.content = describe_clip(project)
         reading = project.edits.reading
