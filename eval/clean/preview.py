@@ -17,7 +17,7 @@ from eval.clean.apply_edits import blend_rotations, frames_kept
 from eval.clean.clip_window import ClipWindow
 from eval.clean.edits import RESTORE, Edits
 from eval.clean.performer_output import translate_to_hips
-from eval.clean.result import CleaningResult
+from eval.clean.result import CleaningResult, PreviewedFrames
 from eval.clean.solved_stages import PlacedRecording, SolvedStages, seconds_of
 from eval.clean.stage_memory import StageMemory
 from eval.clean.stage_order import run_stages
@@ -76,10 +76,10 @@ def preview_edits(
     own = slice(first, min(first + int(np.ceil((frames.stop - 1 - frames.start) * fps / FPS - 1e-6)) + 1, len(recording.retargeted.motion)))
     source = ClipWindow(recording.cut(frames, own), start_s + frames.start / FPS, frames, stages, memory)
     solved, output = run_stages(source, edits, StageMemory())
-    placed, contacts = solved.placed, solved.contacts
-    assert shown.output
+    placed, contacts, old = solved.placed, solved.contacts, shown.shown_output(own.start, own.stop)
+    assert old
     joined = slice(0, 1) if frames.start == 0 else slice(round(END_S * fps), round((END_S + BLEND_S) * fps))
-    moved = translate_to_hips(output, placed.retargeted, shown.output.cut(own.start, own.stop), joined)
+    moved = translate_to_hips(output, placed.retargeted, old, joined)
     after = resample_to(retarget_with(placed.retargeted, moved), len(contacts), FPS)
     share = _share(frames, number)
     standing, kept = shown.contacts.copy(), frames_kept(edits.spans, number, FPS, start_s)
@@ -88,17 +88,17 @@ def preview_edits(
     left[frames] -= share
     own_share = np.interp(np.arange(len(moved)) * FPS / fps, np.arange(len(share)), share)
     root, rotations = _blend(_tracks(shown.after), _tracks(after), frames, share)
-    places, turns = _blend(_tracks(shown.output), _tracks(moved), own, own_share)
+    places, turns = _blend(_tracks(old), _tracks(moved), slice(0, len(old)), own_share)
+    new = PreviewedFrames(own.start, replace(old, local_positions=places, local_rotations=turns))
     return replace(
         shown,
         after=replace(shown.after, root_position=root, local_rotations=rotations),
-        output=replace(shown.output, local_positions=places, local_rotations=turns),
         contacts=standing,
         confidence=left * shown.confidence,
         assist=left * shown.assist,
         kept_spans=seconds_of(kept, start_s),
         ground_m=edits.ground_m,
-        is_preview=True,
+        previewed=(*shown.previewed, new),
     )
 
 

@@ -39,6 +39,20 @@ class Browser:
         """Go to an address."""
         self._call("Page.navigate", url=address)
 
+    def resize(self, size: tuple[int, int]) -> None:
+        """Give the page, without the window around it, a size [pixels]."""
+        self._call("Emulation.setDeviceMetricsOverride", width=size[0], height=size[1], deviceScaleFactor=1, mobile=False)
+
+    def before_pages(self, script: str) -> None:
+        """Run a script on every page that is opened from now on, before its own."""
+        self._call("Page.enable")
+        self._call("Page.addScriptToEvaluateOnNewDocument", source=script)
+
+    def metrics(self) -> dict[str, float]:
+        """Return Chromium's metrics of the page, such as ``ScriptDuration`` of its main thread so far [s]."""
+        self._call("Performance.enable", timeDomain="threadTicks")
+        return {one["name"]: one["value"] for one in self._call("Performance.getMetrics")["metrics"]}
+
     def value(self, script: str) -> Any:
         """Return what an expression is worth on the page."""
         found = self._call("Runtime.evaluate", expression=script, returnByValue=True)
