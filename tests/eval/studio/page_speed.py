@@ -1,6 +1,7 @@
 """Times of the studio's page in a headless Chromium: a walk through it, and frames that are drawn while two figures play.
 
-    python -m tests.eval.studio.page_speed dance.bvh
+    python -m tests.eval.studio.page_speed walk dance.bvh
+    python -m tests.eval.studio.page_speed play dance.bvh
 
 For docs/studio.md; no test. Chromium draws in software (SwiftShader), so frames a second are the machine's, not a graphics card's.
 """
@@ -18,7 +19,8 @@ from tests.eval.browser import Browser, browser
 from tests.eval.studio.test_page import DROP_FIELD, TRACKS, button, drag_end, says, tab
 
 WALKED_PAGE_PX = (1180, 720)
-PAGES_PX = ((640, 360), (1180, 720), (1920, 1080))
+# Page [pixels], sharpness of the picture as a share of the page's pixels (fixedDpr), shadows.
+PLAYED = tuple((page, sharpness, shadows) for page in ((640, 360), (1180, 720)) for sharpness in (1.0, 0.5) for shadows in (True, False))
 PLAYED_S, SETTLED_S = 8.0, 4.0
 LIMIT_S = 1800.0
 # Counts the frames in which WebGL drew something.
@@ -33,18 +35,19 @@ for (const name of ["drawElements", "drawArrays", "drawElementsInstanced", "draw
 """
 
 
-def main(clip: Path) -> None:
-    """Print the times of a clip."""
+def main(what: str, clip: Path) -> None:
+    """Print the times of a clip: of the walk, or of frames while it plays."""
     with TemporaryDirectory() as folder:
         workspace = Workspace(None, Path(folder) / "kept")
         assert workspace.pipeline.simulator
         server = StudioServer(workspace, 0)
         try:
-            walk(server, clip, Path(folder))
-            for page in PAGES_PX:
-                for sharpness in (1.0, 0.5, 0.25):
-                    for shadows in (True, False):
-                        play(server, page, sharpness, shadows, Path(folder))
+            if what == "walk":
+                walk(server, clip, Path(folder))
+            else:
+                workspace.open(clip).solver.wait()
+                for page, sharpness, shadows in PLAYED:
+                    play(server, page, sharpness, shadows, Path(folder))
         finally:
             server.close()
 
@@ -109,7 +112,6 @@ def play(server: StudioServer, page: tuple[int, int], sharpness: float, shadows:
             f"of the main thread {each['ScriptDuration']:.1f} ms of scripts a frame, {each['TaskDuration']:.1f} ms in all",
             flush=True,
         )
-        Path(f"{name}.png").write_bytes(view.screenshot())
 
 
 def _measured(view: Browser) -> tuple[int, dict[str, float], float]:
@@ -118,4 +120,4 @@ def _measured(view: Browser) -> tuple[int, dict[str, float], float]:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(sys.argv[1], Path(sys.argv[2]))
