@@ -68,6 +68,7 @@ def measure_studio(
     clips = {f"{short_s:g} s": short, f"{long_s / 60:g} min": there_and_back(short, long_s)}
     seconds: dict[str, list[float]] = {}
     memory: dict[str, int] = {}
+    before = peak_memory_bytes()
     with torch_threads(1), TemporaryDirectory() as folder:
         for name, clip in clips.items():
             write_bvh(Path(folder) / f"{name}.bvh", clip)
@@ -79,11 +80,11 @@ def measure_studio(
                     seconds.setdefault(f"{name}, {what}", []).append(taken)
                 memory.setdefault(name, peak_memory_bytes())  # of the first round: the short clip comes before the long one
             after_round()
-    return _result(clips, seconds, memory)
+    return _result(clips, seconds, {"before": before, **memory})
 
 
 def _result(clips: dict[str, Bvh], seconds: dict[str, list[float]], memory: dict[str, int]) -> BenchmarkResult:
-    """Return the rates of what was timed [s] by clip and step, and a table of the times."""
+    """Return the rates of what was timed [s] by clip and step, and a table of the times and of the largest memory [bytes]."""
     short, long = clips
     ours, limit = f"{long}, {CONTACT}, {PREVIEW}", f"{short}, {CONTACT}, {WHOLE}"
     shown_s = len(clips[short].values) * clips[short].frame_time  # a preview shows about as much
@@ -93,10 +94,13 @@ def _result(clips: dict[str, Bvh], seconds: dict[str, list[float]], memory: dict
         length_s = shown_s if name.endswith(PREVIEW) else len(clip.values) * clip.frame_time
         rates[name] = length_s / np.array(taken)
         cases.append(BenchmarkCase(name, f"{np.median(taken):.2f} s of a processor", lambda: 0.0, limit=limit if name == ours else ""))
-    table = Table(title="what a person waits for", caption="seconds of one processor; the largest resident memory of the process")
+    caption = (
+        f"seconds of one processor; the largest resident memory of the process, {memory['before'] / 1e9:.2f} GB before a clip is opened"
+    )
+    table = Table(title="what a person waits for", caption=caption)
     for column in ("", *clips):
         table.add_column(column, justify="right" if column else "left")
-    for what in dict.fromkeys(name.split(", ", 1)[1] for name in seconds):
+    for what in (name.removeprefix(f"{long}, ") for name in seconds if name.startswith(f"{long}, ")):
         table.add_row(what, *(f"{np.median(seconds[key]):.2f}" if (key := f"{name}, {what}") in seconds else "-" for name in clips))
     table.add_row("memory", *(f"{memory[name] / 1e9:.2f} GB" for name in clips))
     details = {"seconds": {name: float(np.median(taken)) for name, taken in seconds.items()}, "memory_bytes": memory}

@@ -28,7 +28,7 @@ def test_every_wait_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
     found = json.loads(json.dumps(speed.summary()))
     assert (found["benchmark"], found["unit"], found["rounds"], len(rounds)) == ("studio", "seconds of clip/s", 1, 2)
     short, long = "5 s", "0.15 min"
-    assert set(found["memory_bytes"]) == {short, long}
+    assert set(found["memory_bytes"]) == {"before", short, long}
     assert {f"{clip}, {what}" for clip in (short, long) for what in (OPEN, FIRST, f"{CONTACT}, {WHOLE}")} < set(found["seconds"])
     assert f"{long}, {CONTACT}, {PREVIEW}" in found["seconds"]
     assert f"{short}, {CONTACT}, {PREVIEW}" not in found["seconds"]  # it is solved whole as quickly

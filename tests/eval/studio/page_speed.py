@@ -106,10 +106,10 @@ def play(server: StudioServer, page: tuple[int, int], sharpness: float, shadows:
         time.sleep(PLAYED_S)
         more, later, end = _measured(view)
         drawn, seconds = more - frames, end - begin
-        each = {key: 1e3 * (later[key] - costs[key]) / max(drawn, 1) for key in ("ScriptDuration", "TaskDuration")}
+        scripts, tasks = (1e3 * (later[key] - costs[key]) for key in ("ScriptDuration", "TaskDuration"))
         print(
-            f"{page[0]} x {page[1]}, fixedDpr={sharpness:g}, shadows {'on' if shadows else 'off'}: {drawn / seconds:.1f} frames/s, "
-            f"of the main thread {each['ScriptDuration']:.1f} ms of scripts a frame, {each['TaskDuration']:.1f} ms in all",
+            f"{page[0]} x {page[1]}, fixedDpr={sharpness:g}, shadows {'on' if shadows else 'off'}: {drawn / seconds:.1f} frames/s; main thread: "
+            f"scripts {scripts / max(drawn, 1):.1f} ms a frame, {scripts / seconds:.0f} ms a second, all {tasks / seconds:.0f} ms a second",
             flush=True,
         )
 
