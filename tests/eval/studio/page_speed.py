@@ -107,8 +107,9 @@ def play(server: StudioServer, page: tuple[int, int], sharpness: float, shadows:
         more, later, end = _measured(view)
         drawn, seconds = more - frames, end - begin
         scripts, tasks = (1e3 * (later[key] - costs[key]) for key in ("ScriptDuration", "TaskDuration"))
+        view_of = f"{page[0]} x {page[1]}, fixedDpr={sharpness:g}, shadows {'on' if shadows else 'off'}"
         print(
-            f"{page[0]} x {page[1]}, fixedDpr={sharpness:g}, shadows {'on' if shadows else 'off'}: {drawn / seconds:.1f} frames/s; main thread: "
+            f"{view_of}: {drawn / seconds:.1f} frames/s; main thread: "
             f"scripts {scripts / max(drawn, 1):.1f} ms a frame, {scripts / seconds:.0f} ms a second, all {tasks / seconds:.0f} ms a second",
             flush=True,
         )
