@@ -94,16 +94,15 @@ class Browser:
         self._call("DOM.setFileInputFiles", nodeId=found, files=[str(file)])
 
     def drop_file(self, element: str, file: Path) -> None:
-        """Drop a file onto the middle of an element, which an expression finds, once it is there and keeps its place."""
-        end, before, found = time.monotonic() + SECONDS, [], self.box(element)
-        while found != before or not found[2]:
-            assert time.monotonic() < end, f"never at rest: {element}"
-            time.sleep(0.2)
-            before, found = found, self.box(element)
-        left, top, width, height = found
-        dragged = {"items": [], "files": [str(file)], "dragOperationsMask": 1}  # to be copied
-        for kind in ("dragEnter", "dragOver", "drop"):
-            self._call("Input.dispatchDragEvent", type=kind, x=left + width / 2, y=top + height / 2, data=dragged)
+        """Drop a file onto the middle of an input of files, which an expression finds, again until it is taken: a busy page misses some."""
+        dragged, end = {"items": [], "files": [str(file)], "dragOperationsMask": 1}, time.monotonic() + SECONDS  # to be copied
+        while not self.value(f"[...({element})?.files ?? []].some(one => one.name === {file.name!r})"):
+            assert time.monotonic() < end, f"never taken: {file.name}"
+            self.until(f"({element})?.getBoundingClientRect().width > 0")
+            left, top, width, height = self.box(element)
+            for kind in ("dragEnter", "dragOver", "drop"):
+                self._call("Input.dispatchDragEvent", type=kind, x=left + width / 2, y=top + height / 2, data=dragged)
+                time.sleep(0.1)
 
     def save_downloads(self, folder: Path) -> None:
         """Save what is downloaded in a folder."""
