@@ -67,6 +67,11 @@ def writable_suffixes(source: Path) -> list[str]:
     return list(dict.fromkeys([*([own] if own in _WRITERS else []), *every]))
 
 
+def suffixes_without_blender(source: Path) -> list[str]:
+    """Return those of ``writable_suffixes`` for which no Blender is needed."""
+    return [suffix for suffix in writable_suffixes(source) if suffix not in SCENE_SUFFIXES]
+
+
 def suffixes_in_words(source: Path) -> str:
     """Return the suffixes of ``writable_suffixes``, as ".bvh, .fbx, .glb or .gltf"."""
     suffixes = writable_suffixes(source)
@@ -81,6 +86,16 @@ def check_writer(path: Path, source: Path) -> None:
     """
     if _is_scene(path) and not _is_scene(source):
         check_blender(path)
+
+
+def missing_scene_writer() -> str:
+    """Return why FBX and glTF cannot be written here, with what would help; "" where they can."""
+    file = Path(f"clip{SCENE_SUFFIXES[0]}")
+    try:
+        check_blender(file)
+    except InputError as error:
+        return str(error).removeprefix(f"{file}: ")
+    return ""
 
 
 def read_motion_file(

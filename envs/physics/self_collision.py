@@ -201,7 +201,8 @@ class _Body:
         is_moved = False
         for frame, look in enumerate(seen.tolist()):
             if look or is_moved:
-                change = self._memory.result(self._correction, poses[frame], bearing[frame], decay * change)
+                begun = change if change is _NO_CHANGE else decay * change
+                change = self._memory.result(self._correction, poses[frame], bearing[frame], begun)
                 away[frame], is_moved = change, change is not _NO_CHANGE
         return away
 
@@ -213,36 +214,48 @@ class _Body:
             bearing: Whether the left and the right leg stand or rest on the ground, shape (2,).
             change: Change to start from [rad], shape (43,).
         """
-        data, start, resting = self._data, pose[7:], {2 + int(leg) for leg in np.flatnonzero(bearing)}
+        data, start = self._data, pose[7:]
         data.qpos[:] = pose
         data.qpos[7:] += change
+        deep = self._deep_contacts()
+        if change is _NO_CHANGE and not deep:
+            return _NO_CHANGE  # as in most poses
+        resting = {2 + leg for leg, is_bearing in enumerate(bearing.tolist()) if is_bearing}
         for _ in range(MAX_ITERATIONS):
-            rows, depths = self._overlaps(resting)
-            if not len(depths):
+            if not deep:
                 break
+            rows, depths = self._overlaps(deep, resting)
             weighted = rows * self._compliance
             data.qpos[7:] += weighted.T @ np.linalg.solve(weighted @ rows.T + DAMPING * np.eye(len(rows)), depths)
+            deep = self._deep_contacts()
         change = data.qpos[7:] - start
         return _NO_CHANGE if np.abs(change).max() < NEGLIGIBLE_CHANGE_RAD else change
 
-    def _overlaps(self, resting: set[int]) -> tuple[np.ndarray, np.ndarray]:
-        """Return the Jacobians of the distances of overlapping pairs (P, 43) [m/rad], and the distances to gain (P,) [m]."""
-        rows, depths = [], []
-        for bodies, depth, contact in self._contacts():
-            if depth > ALLOWED_OVERLAP_M:
-                row = self._distance_jacobian(contact)
-                limbs = set(self._limb_of_body[bodies].tolist())
-                for limb in limbs & resting if limbs - {2, 3} else ():  # two legs part from each other wherever they are
-                    row[np.isin(_BODY_OF_HINGE, _LIMBS[limb])] = 0.0
-                rows.append(row)
-                depths.append(depth - 0.5 * ALLOWED_OVERLAP_M)
-        return np.array(rows).reshape(-1, len(HINGES)), np.array(depths)
+    def _deep_contacts(self) -> list[tuple[np.ndarray, float, int]]:
+        """Return what ``_contacts`` does of bodies that overlap by more than is allowed."""
+        return [contact for contact in self._contacts() if contact[1] > ALLOWED_OVERLAP_M]
+
+    def _overlaps(self, deep: list[tuple[np.ndarray, float, int]], resting: set[int]) -> tuple[np.ndarray, np.ndarray]:
+        """Return the Jacobians of the distances of overlapping pairs (P, 43) [m/rad], and the distances to gain (P,) [m].
+
+        Args:
+            deep: Contacts of the current pose, from ``_deep_contacts``.
+            resting: Legs that stand or rest on the ground, by their place in ``_LIMBS``.
+        """
+        mujoco.mj_comPos(self._model, self._data)  # which Jacobians need
+        rows = []
+        for bodies, _, contact in deep:
+            row = self._distance_jacobian(contact)
+            limbs = set(self._limb_of_body[bodies].tolist())
+            for limb in limbs & resting if limbs - {2, 3} else ():  # two legs part from each other wherever they are
+                row[np.isin(_BODY_OF_HINGE, _LIMBS[limb])] = 0.0
+            rows.append(row)
+        return np.array(rows), np.array([depth for _, depth, _ in deep]) - 0.5 * ALLOWED_OVERLAP_M
 
     def _contacts(self) -> list[tuple[np.ndarray, float, int]]:
         """Return the two bodies (2,), the depth [m] and the index of each contact between bodies in the current pose."""
         model, data = self._model, self._data
         mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
         mujoco.mj_collision(model, data)
         if not data.ncon:
             return []

@@ -19,6 +19,7 @@ from eval.benchmark.libraries import benchmark_libraries
 from eval.benchmark.live import benchmark_live
 from eval.benchmark.root import benchmark_root
 from eval.benchmark.scale import benchmark_scale
+from eval.benchmark.studio import benchmark_studio
 from eval.benchmark.timing.interleaved import BenchmarkResult
 from eval.benchmark.train import benchmark_train
 from eval.benchmark.worlds import benchmark_worlds
@@ -33,6 +34,7 @@ BENCHMARKS: dict[str, Callable[[str, int, Callable[[], None]], BenchmarkResult]]
     "live": benchmark_live,
     "root": benchmark_root,
     "scale": benchmark_scale,
+    "studio": benchmark_studio,
     "train": benchmark_train,
     "worlds": benchmark_worlds,
 }

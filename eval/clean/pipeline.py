@@ -1,4 +1,4 @@
-"""The cleaning pipeline, BVH in, clean BVH out; its stages, one after the other, are ``CleaningSession.solve``."""
+"""The cleaning pipeline, BVH in, clean BVH out; its stages, one after the other, are ``run_stages`` of ``eval/clean/stage_order.py``."""
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace

@@ -13,12 +13,14 @@ from datasets.motion.curves import smooth_step
 from datasets.motion.kinematics import resample_to
 from datasets.retarget.retarget import retarget_with
 from envs.physics.overlap_memory import OverlapMemory
-from eval.clean.apply_edits import blend_rotations, edit_poses, edited_contacts, frames_kept, said_contacts
+from eval.clean.apply_edits import blend_rotations, frames_kept
+from eval.clean.clip_window import ClipWindow
 from eval.clean.edits import RESTORE, Edits
-from eval.clean.performer_output import to_performer, translate_to_hips
-from eval.clean.result import CleaningResult
-from eval.clean.solved_stages import PlacedRecording, SolvedStages, place_recording, seconds_of
-from eval.clean.stages import repair_kinematically, simulate_grounded_spans
+from eval.clean.performer_output import translate_to_hips
+from eval.clean.result import CleaningResult, PreviewedFrames
+from eval.clean.solved_stages import PlacedRecording, SolvedStages, seconds_of
+from eval.clean.stage_memory import StageMemory
+from eval.clean.stage_order import run_stages
 
 MIN_CLIP_S = 30.0  # s, of a clip that is worth a preview: shorter ones are solved whole as quickly
 # s, before and after an edit: what it changes beyond the feet that it is of, the root's path most of all, is led back within 2 s.
@@ -72,12 +74,13 @@ def preview_edits(
     frames = _frames(window, start_s, number, fps)
     first = round(frames.start * fps / FPS)
     own = slice(first, min(first + int(np.ceil((frames.stop - 1 - frames.start) * fps / FPS - 1e-6)) + 1, len(recording.retargeted.motion)))
-    placed = place_recording(recording.cut(frames, own), edits.ground_m)
-    output, after, contacts = _solve(placed, stages, edits, frames, start_s + frames.start / FPS, memory)
-    assert shown.output
+    source = ClipWindow(recording.cut(frames, own), start_s + frames.start / FPS, frames, stages, memory)
+    solved, output = run_stages(source, edits, StageMemory())
+    placed, contacts, old = solved.placed, solved.contacts, shown.shown_output(own.start, own.stop)
+    assert old
     joined = slice(0, 1) if frames.start == 0 else slice(round(END_S * fps), round((END_S + BLEND_S) * fps))
-    moved = translate_to_hips(output, placed.retargeted, shown.output.cut(own.start, own.stop), joined)
-    after = resample_to(retarget_with(placed.retargeted, moved), len(after), FPS)
+    moved = translate_to_hips(output, placed.retargeted, old, joined)
+    after = resample_to(retarget_with(placed.retargeted, moved), len(contacts), FPS)
     share = _share(frames, number)
     standing, kept = shown.contacts.copy(), frames_kept(edits.spans, number, FPS, start_s)
     standing[frames] = np.where(share[:, None] >= 0.5, contacts, standing[frames])
@@ -85,51 +88,18 @@ def preview_edits(
     left[frames] -= share
     own_share = np.interp(np.arange(len(moved)) * FPS / fps, np.arange(len(share)), share)
     root, rotations = _blend(_tracks(shown.after), _tracks(after), frames, share)
-    places, turns = _blend(_tracks(shown.output), _tracks(moved), own, own_share)
+    places, turns = _blend(_tracks(old), _tracks(moved), slice(0, len(old)), own_share)
+    new = PreviewedFrames(own.start, replace(old, local_positions=places, local_rotations=turns))
     return replace(
         shown,
         after=replace(shown.after, root_position=root, local_rotations=rotations),
-        output=replace(shown.output, local_positions=places, local_rotations=turns),
         contacts=standing,
         confidence=left * shown.confidence,
         assist=left * shown.assist,
         kept_spans=seconds_of(kept, start_s),
         ground_m=edits.ground_m,
-        is_preview=True,
+        previewed=(*shown.previewed, new),
     )
-
-
-def _solve(
-    placed: PlacedRecording, stages: SolvedStages, edits: Edits, frames: slice, first_s: float, memory: OverlapMemory
-) -> tuple[Motion, BodyMotion, np.ndarray]:
-    """Return some frames on the performer's skeleton, on the 20 bodies, and which foot stands in them, by other edits.
-
-    Args:
-        placed: The frames as recorded.
-        stages: What the stages made of the whole clip.
-        edits: Edits.
-        frames: Which frames they are, at 60 fps.
-        first_s: Time of the first [s].
-        memory: Overlaps that were found in other versions of the clip.
-    """
-    number, found = frames.stop - frames.start, stages.found_poses
-    restored = placed.recorded
-    if found.motion is not stages.placed.recorded:
-        restored = replace(restored, local_rotations=found.motion.local_rotations[frames])
-    rooted = edit_poses(restored, placed.recorded, edits, (number, FPS, first_s))
-    if stages.rooted is not stages.poses.motion:  # reconstructed from the poses of the whole clip
-        rooted = replace(rooted, root_position=stages.rooted.root_position[frames], rooted=False)
-    network = None if found.contacts is None else found.contacts[frames]
-    off_feet = [
-        span._replace(start=max(span.start - frames.start, 0), stop=min(span.stop, frames.stop) - frames.start)
-        for span in stages.off_feet
-        if span.start < frames.stop and span.stop > frames.start
-    ]
-    said = said_contacts(edits.contacts, number, FPS, first_s)
-    repaired = repair_kinematically(rooted, off_feet, network, said if edits.contacts else None, memory)
-    solved = simulate_grounded_spans(None, repaired, off_feet, network, memory=memory)
-    output = to_performer(placed.retargeted, solved.motion, solved.contacts, off_feet, edits, first_s, stages.usual_heights)
-    return output, solved.motion, edited_contacts(solved.contacts, said)
 
 
 def _frames(window: tuple[float, float], start_s: float, frames: int, fps: float) -> slice:

@@ -1,6 +1,7 @@
 """The result of a cleaning: the clip before and after on the 20 bodies, and how far each frame is the simulation's."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +15,18 @@ from eval.clean.notices import Notice
 
 SIMULATED_CONFIDENCE = 0.5  # from which on a frame counts as simulated: its contacts are the simulation's
 KEPT_CONFIDENCE = 0.05  # below which a frame has nothing of physics in it
+
+
+class PreviewedFrames(NamedTuple):
+    """Frames of a clip on the performer's own skeleton that a preview shows otherwise: of ten minutes only these are copied.
+
+    Attributes:
+        start: First of them.
+        motion: The frames.
+    """
+
+    start: int
+    motion: Motion
 
 
 @dataclass(frozen=True)
@@ -41,9 +54,9 @@ class CleaningResult:
         off_feet: Spans off the feet.
         stale: Spans that would be simulated, but were not yet, as they were edited: first instant and the one after the last [s].
         kept_spans: Spans that came back as recorded by a person's wish: first instant and the one after the last [s].
-        output: Cleaned clip on the performer's own skeleton, at the file's rate.
+        output: Cleaned clip on the performer's own skeleton, at the file's rate, as it was solved whole.
         ground_m: Height of the ground above the one that was found, as a person edited it, in the file's world [m].
-        is_preview: Whether only the seconds around the last edit were solved by it.
+        previewed: Frames of the output that previews since then show otherwise, the newest last.
     """
 
     name: str
@@ -67,7 +80,27 @@ class CleaningResult:
     kept_spans: tuple[tuple[float, float], ...] = ()
     output: Motion | None = None
     ground_m: float = 0.0
-    is_preview: bool = False
+    previewed: tuple[PreviewedFrames, ...] = ()
+
+    @property
+    def is_preview(self) -> bool:
+        """Whether only the seconds around the last edit were solved by it."""
+        return bool(self.previewed)
+
+    def shown_output(self, start: int = 0, stop: int | None = None) -> Motion | None:
+        """Return the frames of the output from ``start`` up to ``stop`` with what is previewed of them; None if there is no output."""
+        if self.output is None:
+            return None
+        shown = self.output.cut(start, len(self.output) if stop is None else stop)
+        if not self.previewed:
+            return shown
+        places, turns = shown.local_positions.copy(), shown.local_rotations.copy()
+        for first, motion in self.previewed:
+            begin, end = max(first - start, 0), min(first + len(motion) - start, len(shown))
+            if begin < end:
+                part = motion.cut(begin + start - first, end + start - first)
+                places[begin:end], turns[begin:end] = part.local_positions, part.local_rotations
+        return replace(shown, local_positions=places, local_rotations=turns)
 
     @property
     def simulated(self) -> np.ndarray:

@@ -75,6 +75,12 @@ class SolvedStages(NamedTuple):
     said: np.ndarray | None
     usual_heights: tuple[float, float]
 
+    @property
+    def contacts(self) -> np.ndarray:
+        """Whether the left and the right foot stand, as a person said where one did, shape (T, 2)."""
+        found = self.simulated.contacts
+        return found if self.said is None else edited_contacts(found, self.said)
+
 
 def compare_with_recording(
     stages: SolvedStages, output: Motion, edits: Edits, name: str, start_s: float, memory: OverlapMemory
@@ -103,7 +109,7 @@ def compare_with_recording(
         name=name,
         before=placed.recorded,
         after=cleaned,
-        contacts=_edited_contacts(stages, kept),
+        contacts=np.where(kept[:, None], detect_foot_contacts(placed.recorded), stages.contacts) if kept.any() else stages.contacts,
         confidence=np.where(kept, 0.0, simulated.confidence),
         restarts=tuple(start_s + start / FPS for start in simulated.segment_starts[1:] if not kept[start]),
         assist=np.where(kept, 0.0, simulated.assist),
@@ -124,13 +130,6 @@ def compare_with_recording(
         output=output,
         ground_m=edits.ground_m,
     )
-
-
-def _edited_contacts(stages: SolvedStages, kept: np.ndarray) -> np.ndarray:
-    """Return which foot stands as a person said, in kept frames (T,) as the recording shows it, shape (T, 2)."""
-    found = stages.simulated.contacts
-    contacts = found if stages.said is None else edited_contacts(found, stages.said)
-    return np.where(kept[:, None], detect_foot_contacts(stages.placed.recorded), contacts) if kept.any() else contacts
 
 
 def seconds_of(labels: np.ndarray, start_s: float) -> tuple[tuple[float, float], ...]:

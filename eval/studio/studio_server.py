@@ -50,7 +50,7 @@ class StudioServer:
         """Set up what all tabs share: theme, and where they look from at first."""
         set_theme(self.viewer, TITLE, PANEL_WIDTH_PX)
         camera = self.viewer.initial_camera
-        camera.position, camera.look_at, camera.fov = (4.7, -2.9, 1.5), (0.0, 0.0, 0.5), 0.62  # above the timeline
+        camera.position, camera.look_at, camera.fov = (5.2, -3.2, 1.55), (0.0, 0.0, 0.32), 0.62  # feet above the timeline, on a laptop too
 
     def _enter(self, client: viser.ClientHandle) -> None:
         tab = Tab(client, self._workspace)

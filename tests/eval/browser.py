@@ -39,6 +39,20 @@ class Browser:
         """Go to an address."""
         self._call("Page.navigate", url=address)
 
+    def resize(self, size: tuple[int, int]) -> None:
+        """Give the page, without the window around it, a size [pixels]."""
+        self._call("Emulation.setDeviceMetricsOverride", width=size[0], height=size[1], deviceScaleFactor=1, mobile=False)
+
+    def before_pages(self, script: str) -> None:
+        """Run a script on every page that is opened from now on, before its own."""
+        self._call("Page.enable")
+        self._call("Page.addScriptToEvaluateOnNewDocument", source=script)
+
+    def metrics(self) -> dict[str, float]:
+        """Return Chromium's metrics of the page, such as ``ScriptDuration`` of its main thread so far [s]."""
+        self._call("Performance.enable", timeDomain="threadTicks")
+        return {one["name"]: one["value"] for one in self._call("Performance.getMetrics")["metrics"]}
+
     def value(self, script: str) -> Any:
         """Return what an expression is worth on the page."""
         found = self._call("Runtime.evaluate", expression=script, returnByValue=True)
@@ -78,6 +92,17 @@ class Browser:
         root = self._call("DOM.getDocument")["root"]["nodeId"]
         found = self._call("DOM.querySelector", nodeId=root, selector=selector)["nodeId"]
         self._call("DOM.setFileInputFiles", nodeId=found, files=[str(file)])
+
+    def drop_file(self, element: str, file: Path) -> None:
+        """Drop a file onto the middle of an input of files, which an expression finds, again until it is taken: a busy page misses some."""
+        dragged, end = {"items": [], "files": [str(file)], "dragOperationsMask": 1}, time.monotonic() + SECONDS  # to be copied
+        while not self.value(f"[...({element})?.files ?? []].some(one => one.name === {file.name!r})"):
+            assert time.monotonic() < end, f"never taken: {file.name}"
+            self.until(f"({element})?.getBoundingClientRect().width > 0")
+            left, top, width, height = self.box(element)
+            for kind in ("dragEnter", "dragOver", "drop"):
+                self._call("Input.dispatchDragEvent", type=kind, x=left + width / 2, y=top + height / 2, data=dragged)
+                time.sleep(0.1)
 
     def save_downloads(self, folder: Path) -> None:
         """Save what is downloaded in a folder."""

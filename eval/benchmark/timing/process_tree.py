@@ -23,6 +23,11 @@ def tree_memory_bytes(process: int) -> int:
     return sum(map(_proportional, process_tree(process)))
 
 
+def peak_memory_bytes() -> int:
+    """Return the largest resident memory that this process had [bytes]; 0 where it is unknown, as outside Linux."""
+    return 1024 * _kibibytes(_PROC / "self" / "status", "VmHWM:")
+
+
 def process_tree(process: int) -> list[int]:
     """Return the ids of a process and its descendants; of the process alone outside Linux."""
     children = defaultdict(list)
@@ -59,8 +64,13 @@ def _parents() -> dict[int, int]:
 
 def _proportional(process: int) -> int:
     """Return the proportional set size of one process [bytes]."""
+    return 1024 * _kibibytes(_PROC / str(process) / "smaps_rollup", "Pss:")
+
+
+def _kibibytes(table: Path, name: str) -> int:
+    """Return a size in a table of Linux's by its name; 0 where there is no such table."""
     try:
-        lines = (_PROC / str(process) / "smaps_rollup").read_text().splitlines()
+        lines = table.read_text().splitlines()
     except OSError:
         return 0
-    return next((1024 * int(line.split()[1]) for line in lines if line.startswith("Pss:")), 0)
+    return next((int(line.split()[1]) for line in lines if line.startswith(name)), 0)

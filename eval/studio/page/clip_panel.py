@@ -16,6 +16,19 @@ from eval.studio.state.project import Project
 NO_CLIP, FOUND = "—", "as found"
 ACCEPTED = ".bvh,.mvnx,.amc,.asf,.fbx,.glb,.gltf"
 MAX_NOTICES = 8
+# viser's button of a file has an input of files beside it, which it hides: shown, a browser takes a file that is dropped onto it.
+DROP_FIELD = """<style>
+div:has(> input[id^=file_upload_]) { position: relative; }
+div:has(> input[id^=file_upload_])::before {
+  content: "drop a clip here"; position: absolute; left: 0; right: 0; line-height: 4em; text-align: center; font-size: 0.875em;
+  opacity: 0.7; pointer-events: none;
+}
+input[id^=file_upload_] {
+  display: block !important; box-sizing: border-box; width: 100%; height: 3.5em; margin-bottom: 0.5em; cursor: pointer;
+  border: 1.5px dashed #8888; border-radius: 4px; color: transparent;
+}
+input[id^=file_upload_]::file-selector-button { display: none; }
+</style>"""
 
 
 class ClipPanel:
@@ -26,6 +39,7 @@ class ClipPanel:
         self._host, by_user = host, host.events.by_user
         upload = gui.add_upload_button("Open a clip…", icon=viser.Icon.FOLDER_OPEN, mime_type=ACCEPTED, color="blue")
         upload.on_upload(by_user(lambda event: host.receive(event.target.value.name, event.target.value.content)))
+        gui.add_html(DROP_FIELD)
         self._files: dict[str, Path] = {}
         self._list = gui.add_dropdown("Clips", list[str]([NO_CLIP]))
         self._list.on_update(by_user(self._chosen))
@@ -51,9 +65,8 @@ class ClipPanel:
         self._list.options = (*([] if project else [NO_CLIP]), *dict.fromkeys((*self._files, *([opened] if project else []))))
         self._list.value = opened
         if project is None:
-            self._told.content = (
-                "<div style='padding:4px 10px;opacity:0.7'>Open a BVH, MVNX, AMC, FBX or glTF file, or choose one above.</div>"
-            )
+            line = "A BVH, MVNX, AMC, FBX or glTF file; or choose one of the list."
+            self._told.content = f"<div style='padding:4px 10px;font-size:0.875em;opacity:0.7'>{line}</div>"
             return
         self._told.content = describe_clip(project)
         reading = project.edits.reading

@@ -25,6 +25,7 @@ class SavePanel:
         """Add the controls."""
         self._host, self._client, by_user = host, client, host.events.by_user
         self._format = gui.add_dropdown("Format", list[str](["BVH"]))
+        self._missing = gui.add_html("", visible=False)
         self._buttons = [
             gui.add_button("Download", icon=viser.Icon.DOWNLOAD, color="blue"),
             gui.add_button("Save beside the clip", icon=viser.Icon.DEVICE_FLOPPY),
@@ -46,7 +47,9 @@ class SavePanel:
         for button in self._buttons:
             button.disabled = project is None
         if project:
-            self._format.options = tuple(suffix[1:].upper() for suffix in project.suffixes())
+            suffixes, missing = self._host.workspace.formats(project.path)
+            self._format.options = tuple(suffix[1:].upper() for suffix in suffixes)
+            self._missing.content, self._missing.visible = _lines([missing], faded=True), bool(missing)
         self.show_progress()
 
     def show_progress(self) -> None:
@@ -60,8 +63,7 @@ class SavePanel:
             lines += [f"{state}{f' ({batch.share:.0%} of the next)' if batch.is_running else ''}", *batch.lines[-8:]]
         self._stop_button.visible = bool(batch and batch.is_running)
         self._batch_button.visible = self._host.workspace.folder is not None and not self._stop_button.visible
-        rows = "".join(f"<div style='overflow-wrap:anywhere;margin-bottom:4px'>{escape(line)}</div>" for line in lines)
-        self._told.content = f"<div style='padding:2px 10px 8px 10px;font-size:0.875em;line-height:1.4'>{rows}</div>"
+        self._told.content = _lines(lines)
 
     def _in_background(self, action: Callable[[Project], str]) -> None:
         """Do something that may have to clean first, while the page goes on."""
@@ -116,3 +118,9 @@ class SavePanel:
         if folder and host.project:
             self._batch = Batch(folder, host.project.edits, host.workspace.pipeline, lambda: host.events.run(self.show_progress))
             self.show_progress()
+
+
+def _lines(lines: list[str], faded: bool = False) -> str:
+    """Return lines as HTML."""
+    rows = "".join(f"<div style='overflow-wrap:anywhere;margin-bottom:4px'>{escape(line)}</div>" for line in lines)
+    return f"<div style='padding:2px 10px 8px 10px;font-size:0.875em;line-height:1.4;opacity:{0.7 if faded else 1.0}'>{rows}</div>"

@@ -43,7 +43,8 @@ class ClipTracks:
     @cached_property
     def joints_after(self) -> np.ndarray:
         """Joints of the performer after cleaning, in the humanoid's world [m], shape (F, J, 3)."""
-        return self._joints(self.result.output) if self.result and self.result.output else self.joints_before
+        shown = self.result.shown_output() if self.result else None
+        return self._joints(shown) if shown else self.joints_before
 
     @cached_property
     def bones_before(self) -> tuple[np.ndarray, np.ndarray]:
@@ -53,7 +54,8 @@ class ClipTracks:
     @cached_property
     def bones_after(self) -> tuple[np.ndarray, np.ndarray]:
         """Places (F, B, 3) [m] and rotations (F, B, 4) of the same after cleaning."""
-        return self._bones(self.result.output) if self.result and self.result.output else self.bones_before
+        shown = self.result.shown_output() if self.result else None
+        return self._bones(shown) if shown else self.bones_before
 
     @cached_property
     def footprints(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from configs.errors import InputError
 from datasets.formats.bvh import Bvh
-from datasets.formats.motion_file import writable_suffixes, write_motion_file
+from datasets.formats.motion_file import write_motion_file
 from datasets.joints.mapping_draft import JointMapError
 from datasets.performer.performer_clip import read_performer_file
 from datasets.performer.reading_options import ReadingOptions
@@ -145,10 +145,6 @@ class Project:
         with self._lock:
             if self.history.later:
                 self._take(self.history.later[-1], self.history.redo)
-
-    def suffixes(self) -> list[str]:
-        """Return the suffixes of the formats that the clip can be written in, its own first."""
-        return writable_suffixes(self.path)
 
     def write(self, result: CleaningResult, out: Path) -> tuple[str, ...]:
         """Write a cleaned clip in the format of the suffix; return lines for the user on what of it is not the clip's.

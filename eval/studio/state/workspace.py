@@ -8,7 +8,13 @@ from pathlib import Path
 
 from configs.errors import InputError
 from configs.process_pool import available_cores
-from datasets.formats.motion_file import FORMATS_IN_WORDS, is_motion_file
+from datasets.formats.motion_file import (
+    FORMATS_IN_WORDS,
+    is_motion_file,
+    missing_scene_writer,
+    suffixes_without_blender,
+    writable_suffixes,
+)
 from datasets.library.sources import find_readable_files
 from datasets.performer.reading_options import ReadingOptions
 from eval.clean.edits_file import edits_path
@@ -51,8 +57,9 @@ class Workspace:
         self._projects: dict[Path, Project] = {}
         self._opened: Path | None = None
         self._lock = threading.RLock()
-        threads = ThreadPoolExecutor(1, thread_name_prefix="loading")
+        threads = ThreadPoolExecutor(2, thread_name_prefix="loading")
         self._pipeline: Future[CleaningPipeline] = threads.submit(load or partial(CleaningPipeline.load, available_cores()))
+        self._missing_writer = threads.submit(missing_scene_writer)  # starts another Python, which takes a while
         threads.shutdown(wait=False)
 
     @property
@@ -64,6 +71,11 @@ class Workspace:
     def opened(self) -> Path | None:
         """File of the clip that was opened last, which a new tab shows."""
         return self._opened or self.first
+
+    def formats(self, clip: Path) -> tuple[list[str], str]:
+        """Return the suffixes of the formats that a clip can be written in here, its own first, and why not in more; "" where in all."""
+        missing = self._missing_writer.result()
+        return (suffixes_without_blender(clip) if missing else writable_suffixes(clip)), missing
 
     def files(self) -> list[Path]:
         """Return the clips that can be opened: those of the folder, and those that were uploaded."""

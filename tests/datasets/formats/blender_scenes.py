@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from datasets.formats.blender_process import NO_BLENDER
 from datasets.formats.blender_runner import PYTHON_VARIABLE
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_NAMES, SKELETON
@@ -25,10 +26,19 @@ HAS_BLENDER = (
 needs_blender = pytest.mark.skipif(
     not HAS_BLENDER, reason=f"needs Blender as a Python module (bpy), here or in the Python of {PYTHON_VARIABLE}"
 )
+without_blender = pytest.mark.skipif(sys.platform == "win32", reason="Windows does not run scripts by their first line")
 BUILDER = Path(__file__).with_name("blender_builder.py")
 NAMES = [joint_name(body, MIXAMO) for body in BODY_NAMES]
 FINGER = "LeftHandIndex1"
 CENTIMETRES_Y_UP = 0.01 * np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # of an armature, to metres and Z up
+
+
+def hide_blender(folder: Path, patch: pytest.MonkeyPatch) -> None:
+    """Let a Python in a folder be asked for Blender that says that it has none; for tests ``without_blender``."""
+    python = folder / "python"
+    python.write_text(f"#!{sys.executable}\nimport sys\nsys.exit({NO_BLENDER})\n")
+    python.chmod(0o755)
+    patch.setenv(PYTHON_VARIABLE, str(python))
 
 
 def place_in_centimetres() -> np.ndarray:

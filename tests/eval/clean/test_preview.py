@@ -76,12 +76,13 @@ def test_a_preview_is_the_whole_near_its_edit_and_elsewhere_what_was_shown(long_
     assert np.array_equal(np.delete(preview.contacts, np.s_[900:1530], axis=0), np.delete(shown.contacts, np.s_[900:1530], axis=0))
     off, edited = (np.abs(preview.after.root_position - one.after.root_position)[1170:1260].max() for one in (whole, shown))
     assert off < max(0.1 * edited, 1e-3)
-    assert preview.output
+    output = preview.shown_output()
+    assert output
     assert shown.output
-    own = np.any(preview.output.local_rotations != shown.output.local_rotations, axis=(1, 2))
+    own = np.any(output.local_rotations != shown.output.local_rotations, axis=(1, 2))
     assert own.any()
-    assert not own[: round(15.0 * preview.output.fps)].any()
-    assert not own[round(24.6 * preview.output.fps) :].any()
+    assert not own[: round(15.0 * output.fps)].any()
+    assert not own[round(24.6 * output.fps) :].any()
 
 
 def test_previews_go_one_upon_the_other_and_none_is_written(long_clip: CleaningSession, shown: CleaningResult) -> None:
@@ -94,9 +95,14 @@ def test_previews_go_one_upon_the_other_and_none_is_written(long_clip: CleaningS
     assert np.array_equal(second.after.root_position[1200:], first.after.root_position[1200:])
     # The figure of 5 cm higher ground is where it was over the ground, and its feet are on it.
     assert second.after.root_position[480, 2] == pytest.approx(first.after.root_position[480, 2], abs=0.01)
-    assert second.output
-    assert first.output
-    frame = round(8.0 * second.output.fps)
-    assert second.output.local_positions[frame, 0, 2] - first.output.local_positions[frame, 0, 2] == pytest.approx(0.05, abs=0.01)
+    one, other = first.shown_output(), second.shown_output()
+    assert one
+    assert other
+    frame = round(8.0 * one.fps)
+    assert other.local_positions[frame, 0, 2] - one.local_positions[frame, 0, 2] == pytest.approx(0.05, abs=0.01)
+    assert np.array_equal(other.local_rotations[1000:], one.local_rotations[1000:])  # what the first one shows, at 50 fps
+    between = second.shown_output(390, 1010)  # some frames, which both previews reach
+    assert between
+    assert np.array_equal(between.local_rotations, other.local_rotations[390:1010])
     with pytest.raises(ValueError, match="a preview"):
         long_clip.write(second)

@@ -1,6 +1,5 @@
 """``eval.clean`` and ``datasets.describe`` of FBX and glTF files, and FBX and glTF files of a BVH, with and without Blender."""
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,25 +7,22 @@ import numpy as np
 import pytest
 
 from datasets.describe import cli as describe
-from datasets.formats.blender_runner import PYTHON_VARIABLE
 from datasets.formats.blender_scene import read_scene
 from datasets.formats.bvh import local_pose, read_bvh, write_bvh
 from datasets.motion.skeleton import forward_kinematics
 from eval.clean import cli as clean
 from eval.clean.pipeline import CleaningPipeline
 from tests.builders import as_bvh, lively
-from tests.datasets.formats.blender_scenes import FINGER, build, inspect, needs_blender
+from tests.datasets.formats.blender_scenes import FINGER, build, hide_blender, inspect, needs_blender, without_blender
 from tests.eval.clean.clean_parts import saved, shrink_search
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows does not run scripts by their first line")
+@without_blender
 @pytest.mark.parametrize("suffix", [".fbx", ".glb", ".gltf"])
 def test_without_blender_a_line_says_how_to_install_it(
     suffix: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / "python").write_text(f"#!{sys.executable}\nimport sys\nsys.exit(3)\n")
-    (tmp_path / "python").chmod(0o755)
-    monkeypatch.setenv(PYTHON_VARIABLE, str(tmp_path / "python"))
+    hide_blender(tmp_path, monkeypatch)
     file, out = tmp_path / f"walk{suffix}", tmp_path / f"clean{suffix}"
     file.write_bytes(b"scene")
     shrink_search(monkeypatch)
@@ -39,13 +35,11 @@ def test_without_blender_a_line_says_how_to_install_it(
     assert not out.exists()
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows does not run scripts by their first line")
+@without_blender
 def test_without_blender_a_bvh_is_not_even_cleaned_to_be_written_as_fbx(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / "python").write_text(f"#!{sys.executable}\nimport sys\nsys.exit(3)\n")
-    (tmp_path / "python").chmod(0o755)
-    monkeypatch.setenv(PYTHON_VARIABLE, str(tmp_path / "python"))
+    hide_blender(tmp_path, monkeypatch)
     write_bvh(tmp_path / "walk.bvh", as_bvh(lively(standing=10, moving=10)))
     monkeypatch.setattr(CleaningPipeline, "clean", None)
     out = tmp_path / "clean.fbx"

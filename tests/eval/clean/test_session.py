@@ -7,13 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from datasets.cleanup.off_feet_spans import OffFeetSpan
 from datasets.formats.bvh import Bvh, read_bvh
 from datasets.motion.clip import BodyMotion
 from datasets.motion.kinematics import clip_sole_points, support_steps
 from datasets.performer.reading_options import ReadingOptions
 from datasets.retarget.retarget import retarget_with
 from datasets.retarget.transfer_back import from_performer_bvh
-from eval.clean import edited_simulation, session
+from eval.clean import edited_simulation
 from eval.clean.edits import ContactEdit, EditError, Edits, MisalignmentEdit, SpanEdit
 from eval.clean.pipeline import CleaningPipeline
 from eval.clean.progress import SIMULATING
@@ -146,7 +147,7 @@ def test_edits_do_not_depend_on_those_before() -> None:
 
 def test_only_what_an_edit_touches_is_simulated_again(monkeypatch: pytest.MonkeyPatch, searched: list[int]) -> None:
     # Somebody is said to sit between the sixth and the seventh second of ten: the two parts are simulated apart.
-    spans = [session.OffFeetSpan(360, 420, "sits")]
+    spans = [OffFeetSpan(360, 420, "sits")]
     monkeypatch.setattr("eval.clean.believed_root.find_off_feet_spans", lambda _: spans)
     begun = CleaningSession(as_bvh(stepping(600)), "clip", CleaningPipeline(simulator()))
     first = begun.solve()

@@ -1,4 +1,4 @@
-"""The page in a real browser: a clip is chosen, played, its contact dragged, and the clean clip downloaded."""
+"""The page in a real browser: a clip is dropped, played, its contact dragged, and the clean clip downloaded."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -21,6 +21,7 @@ from tests.eval.studio.studio_parts import dress_clips, small_pipeline, workspac
 
 WINDOW_PX = (1180, 720)
 TRACKS = "[...document.querySelectorAll('.multi-slider-track-container')]"  # time, left foot, right foot
+DROP_FIELD = "document.querySelector('input[type=file]')"
 FREE = np.s_[150:380, 320:820]  # rows and columns of a picture of the page that nothing covers
 BLUER = 60  # than red, of 255, in the cleaned figure
 SECONDS = 60.0
@@ -80,7 +81,7 @@ def test_a_clip_is_dropped_scrubbed_edited_and_saved(tmp_path: Path) -> None:
     with studio(None, kept) as server, browser(tmp_path / "profile", WINDOW_PX) as view:
         view.save_downloads(got)
         open_page(view, server)
-        view.choose_file("input[type=file]", clip)
+        view.drop_file(DROP_FIELD, clip)
         view.until(says("sway is taken for"))
         view.until(says("frame 1 of 120"))
         left, top, width, height = view.box(f"{TRACKS}[0]")
@@ -110,6 +111,21 @@ def test_a_clip_is_dropped_scrubbed_edited_and_saved(tmp_path: Path) -> None:
     session = CleaningSession(read_performer_file(clip, None), "sway", small_pipeline())
     write_motion_file(tmp_path / "command.bvh", session.write(session.solve(read_edits(edits))), clip)
     assert (got / "sway_clean.bvh").read_bytes() == (tmp_path / "command.bvh").read_bytes()
+
+
+def test_another_clip_is_dropped_or_chosen_and_a_problem_is_told(tmp_path: Path) -> None:
+    shown, dropped, chosen, text = (*(write_clip(tmp_path, f"{name}.bvh") for name in ("shown", "dropped", "chosen")), tmp_path / "a.txt")
+    text.write_text("no motion")
+    with studio(shown, tmp_path / "kept") as server, browser(tmp_path / "profile", WINDOW_PX) as view:
+        open_page(view, server)
+        view.until(says("shown is taken for"))
+        view.drop_file(DROP_FIELD, dropped)
+        view.until(says("dropped is taken for"))
+        view.drop_file(DROP_FIELD, text)
+        view.until(says("a.txt: no BVH"))
+        view.choose_file("input[type=file]", chosen)
+        view.until(says("chosen is taken for"))
+        assert view.value("location.origin") == server.address  # the browser did not open a file itself
 
 
 def figure_pixels(view: Browser) -> np.ndarray:

@@ -73,7 +73,7 @@ def test_a_bvh_is_saved_as_a_scene(tmp_path: Path) -> None:
     clip = write_clip(tmp_path)
     with workspace(clip, tmp_path / "kept") as opened:
         project = opened.open(clip)
-        assert project.suffixes() == [".bvh", ".fbx", ".glb", ".gltf"]
+        assert opened.formats(clip) == ([".bvh", ".fbx", ".glb", ".gltf"], "")
         (told,) = project.write(project.solve_wholly(), tmp_path / "sway_clean.glb")
     assert "made by Blender" in told
     assert len(read_scene(tmp_path / "sway_clean.glb").values) == FRAMES

@@ -12,6 +12,7 @@ from eval.clean.edits import LEFT, ContactEdit, Edits
 from eval.studio.page.view_panel import ViewPanel
 from eval.studio.state.view_options import FIGURES, GHOST, HUMANOID, MESH, SIDE_BY_SIDE
 from eval.studio.studio_server import StudioServer
+from tests.datasets.formats.blender_scenes import hide_blender, without_blender
 from tests.eval.studio.open_tab import tab
 from tests.eval.studio.studio_parts import dress_clips, workspace, write_clip
 from tests.eval.viewer.viewer_parts import wait
@@ -51,6 +52,19 @@ def test_a_closed_tab_loses_nothing(studio: StudioServer) -> None:
         second.project.solver.wait()
         assert second.project.result
         assert not second.project.result.contacts[30:60, 0].any()
+
+
+@without_blender
+def test_without_blender_only_what_can_be_written_is_offered_and_a_line_says_why(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    hide_blender(tmp_path, monkeypatch)
+    with workspace(write_clip(tmp_path), tmp_path / "kept") as opened:
+        server = StudioServer(opened, 0)
+        with tab(server) as shown:
+            wait(lambda: shown._save._missing.visible)
+            assert shown._save._format.options == ("BVH",)
+            assert "FBX and glTF are read and written by Blender" in shown._save._missing.content
+            assert "pip install bpy==" in shown._save._missing.content
+        server.close()
 
 
 def test_a_problem_is_one_line_on_the_page_and_the_tab_goes_on(studio: StudioServer, capsys: pytest.CaptureFixture[str]) -> None:
