@@ -22,8 +22,7 @@ def standing() -> LowerBodyPose:
 
 
 def test_toes_are_where_straight_legs_end() -> None:
-    chain = sum(SKELETON.offsets[BODY_NAMES.index(f"{part}_l")] for part in ("thigh", "shin", "foot", "toe"))
-    ahead, left, up = chain
+    ahead, left, up = SKELETON.offsets[[BODY_NAMES.index(f"{part}_l") for part in ("thigh", "shin", "foot", "toe")]].sum(axis=0)
     assert standing().toes[0, 0] == pytest.approx([2.0 - left, 3.0 + ahead, 1.0 + up])
     assert standing().toes[0, 1] == pytest.approx([2.0 + left, 3.0 + ahead, 1.0 + up])
 
