@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from agents.lower_body.pose import LowerBodyPose
 from datasets.trackers.trackers import TRACKER_RATE_HZ
 
 # Of somebody whom it does not know the network tells a foot's pose better than its contacts: it says that people who wave stand on one
@@ -13,16 +12,14 @@ USUAL_SPEED_M_S = 0.74  # m/s, of a toe-base of which its speed says neither
 SLOW_M_S = 0.1  # m/s, far below which speeds differ by noise alone
 
 
-def agreed_contacts(body: LowerBodyPose, logits: np.ndarray, before: np.ndarray) -> np.ndarray:
+def agreed_contacts(logits: np.ndarray, toes: np.ndarray, before: np.ndarray) -> np.ndarray:
     """Return whether each toe-base is in contact, shape (n, 2).
 
     Args:
-        body: Predicted lower bodies of n frames.
-        logits: The network's logits of contact, shape (n, 2).
-        before: Positions of the toe-bases in the frames before [m], shape (n, 2, 3); NaN where there is none, of which the network's word
-            is taken.
+        logits: The network's logits of contact in n frames, shape (n, 2).
+        toes: Predicted positions of the toe-bases in the world [m], shape (n, 2, 3).
+        before: The same in the frames before, NaN where there is none, of which the network's word is taken.
     """
-    toes = body.toes
     speeds = np.linalg.norm(toes - before, axis=-1) * TRACKER_RATE_HZ
     higher = toes[..., 2] - toes[..., ::-1, 2]
     doubt = SPEED_WEIGHT * np.log((speeds + SLOW_M_S) / USUAL_SPEED_M_S) + HEIGHT_WEIGHT * higher

@@ -35,8 +35,9 @@ def predict_clips(model: LowerBodyModel, clips: Sequence[JointPoses]) -> list[Lo
             frames = len(clips[clip].positions)
             own = LowerBodyPrediction(*(part[row, :frames] for part in predicted))
             body = lower_body_pose(clips[clip], own)
-            before = np.concat([np.full((1, 2, 3), np.nan), body.toes[:-1]])
-            contacts = _contacts(clips[clip], agreed_contacts(body, own.contacts.numpy(), before))
+            toes = body.toes
+            before = np.concat([np.full_like(toes[:1], np.nan), toes[:-1]])
+            contacts = _contacts(clips[clip], agreed_contacts(own.contacts.numpy(), toes, before))
             found[clip] = reach_tracked_joints(body._replace(contacts=contacts), clips[clip])
     return [found[clip] for clip in range(len(clips))]
 

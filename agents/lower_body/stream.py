@@ -69,8 +69,9 @@ class LowerBodyStream:
         predicted = self._predict(torch.from_numpy(rows), features, torch.from_numpy(tracking_masks(joints)))
         self._frames[rows] += 1
         body = lower_body_pose(joints, predicted)
-        body = body._replace(contacts=agreed_contacts(body, predicted.contacts.numpy(), self._toes[rows]))
-        self._toes[rows] = body.toes
+        toes = body.toes
+        body = body._replace(contacts=agreed_contacts(predicted.contacts.numpy(), toes, self._toes[rows]))
+        self._toes[rows] = toes
         if joints.seen[:, FOOT_TRACKERS].any():
             body = body._replace(contacts=self._tracked_contacts.step(rows, joints, body.contacts))
         return body, self._frames[rows] > WARM_UP_FRAMES

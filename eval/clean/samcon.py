@@ -185,10 +185,8 @@ class SamconSearch:
 
     def _actions(self, observation: np.ndarray, controllers: Controllers, num_survivors: int) -> np.ndarray:
         """Return each controller's share of the policy's actions (K, A), with noise on all but the first copy of each survivor."""
-        count = len(observation)
-        noise = self._random.uniform(0.0, self._settings.max_noise_std, (count, 1)) * self._random.normal(
-            size=(count, self._env.task.action_size)
-        )
+        stds = self._random.uniform(0.0, self._settings.max_noise_std, (len(observation), 1))
+        noise = self._random.normal(scale=stds, size=(len(observation), self._env.task.action_size))
         noise[:num_survivors] = 0.0
         return (self._is_corrected * (controllers.residual_share * self._policy.act(observation) + noise)).astype(np.float32)
 

@@ -32,21 +32,21 @@ def test_of_feet_of_which_the_network_says_nothing_the_slow_one_stands() -> None
     before = body.toes.copy()
     before[0, 0, 0] -= 0.1 / TRACKER_RATE_HZ  # 0.1 and 2 m/s
     before[0, 1, 0] -= 2.0 / TRACKER_RATE_HZ
-    assert agreed_contacts(body, UNDECIDED, before).tolist() == [[True, False]]
+    assert agreed_contacts(UNDECIDED, body.toes, before).tolist() == [[True, False]]
 
 
 def test_of_slow_feet_the_one_that_is_ten_centimetres_higher_does_not_stand() -> None:
     body = standing()
     body.legs[0, LEG_JOINTS.index("thigh_r")] = from_axis_angle(Y, np.array(-0.6))  # a straight leg swung forward
     assert body.toes[0, 1, 2] > body.toes[0, 0, 2] + 0.1
-    assert agreed_contacts(body, UNDECIDED, body.toes).tolist() == [[True, False]]
+    assert agreed_contacts(UNDECIDED, body.toes, body.toes).tolist() == [[True, False]]
 
 
 def test_a_sure_network_is_believed_of_a_foot_that_moves_as_usual() -> None:
     body = standing()
     before = body.toes - np.array([0.74 / TRACKER_RATE_HZ, 0.0, 0.0])
-    assert agreed_contacts(body, np.array([[3.0, -3.0]]), before).tolist() == [[True, False]]
+    assert agreed_contacts(np.array([[3.0, -3.0]]), body.toes, before).tolist() == [[True, False]]
 
 
 def test_without_a_frame_before_the_network_is_believed() -> None:
-    assert agreed_contacts(standing(), np.array([[0.1, -0.1]]), np.full((1, 2, 3), np.nan)).tolist() == [[True, False]]
+    assert agreed_contacts(np.array([[0.1, -0.1]]), standing().toes, np.full((1, 2, 3), np.nan)).tolist() == [[True, False]]
