@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from agents.weights.pretrained import IMU_ROOT_MODEL, POSE_ROOT_MODEL, load_pretrained_root, reconstruct_root_on_ground
-from datasets.cleanup.ground_levelling import is_floating
+from datasets.cleanup.ground_levelling import falls_freely, is_floating, level_to_landings
 from datasets.cleanup.off_feet_spans import OffFeetSpan, find_off_feet_spans
 from datasets.imu.root_features import ROOT_RATE_HZ
 from datasets.motion.clip import BodyMotion
@@ -15,7 +15,9 @@ def locate_root(recorded: BodyMotion, accelerations: np.ndarray | None = None) -
     """Return the clip with a root, and the spans in which somebody sits, lies, climbs or is carried.
 
     The root is the recording's own, and the clip the same object, if the file has a root that does not float for longer than a jump:
-    somebody in the air who neither climbs nor is carried is there by the recording's fault. Else Root3D reconstructs it from the poses.
+    somebody in the air who neither climbs nor is carried is there by the recording's fault. If only the heights drifted, as jumps tell
+    that fall freely once their landings are on the ground, the root is the recording's own on these. Else Root3D reconstructs it from the
+    poses.
 
     Args:
         recorded: Retargeted clip at 60 fps.
@@ -24,6 +26,9 @@ def locate_root(recorded: BodyMotion, accelerations: np.ndarray | None = None) -
     off_feet = find_off_feet_spans(recorded)
     if recorded.rooted and (off_feet or not is_floating(recorded)):
         return recorded, off_feet
+    landed = level_to_landings(recorded)
+    if recorded.rooted and falls_freely(landed):
+        return landed, find_off_feet_spans(landed)
     rooted = reconstruct_missing_root(recorded, accelerations)
     return rooted, find_off_feet_spans(rooted)
 

@@ -43,8 +43,8 @@ class ClipWindow:
     def locate_root(self, placed: PlacedRecording, poses: RestoredPoses) -> tuple[BodyMotion, list[OffFeetSpan]]:
         """Return the frames with the root and the spans off the feet of the whole clip."""
         solved, frames, rooted = self.solved, self.frames, poses.motion
-        if solved.rooted is not solved.poses.motion:  # reconstructed from the poses of the whole clip
-            rooted = replace(rooted, root_position=solved.rooted.root_position[frames], rooted=False)
+        if solved.rooted is not solved.poses.motion:  # a root that the whole clip tells
+            rooted = replace(rooted, root_position=solved.rooted.root_position[frames], rooted=solved.rooted.rooted)
         inside = [span for span in solved.off_feet if span.start < frames.stop and span.stop > frames.start]
         return rooted, [
             span._replace(start=max(span.start - frames.start, 0), stop=min(span.stop, frames.stop) - frames.start) for span in inside

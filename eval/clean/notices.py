@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from datasets.cleanup.off_feet_spans import OffFeetSpan
-from datasets.motion.clip import FPS
+from datasets.motion.clip import FPS, BodyMotion
 from envs.physics.self_collision import Overlap
 from eval.clean.edits import Edits
 from eval.clean.misalignments import misalignment_notice
@@ -56,10 +56,19 @@ def _several(what: str) -> str:
     return " with".join([f"{noun}s", *rest])
 
 
-def root_notices(reconstructed: bool, off_feet: Sequence[OffFeetSpan], start_s: float) -> tuple[Notice, ...]:
-    """Return what a person should know of the root of a clip that begins at ``start_s`` in its file, one line each."""
+def root_notices(captured: BodyMotion, rooted: BodyMotion, off_feet: Sequence[OffFeetSpan], start_s: float) -> tuple[Notice, ...]:
+    """Return what a person should know of the root of a clip, one line each.
+
+    Args:
+        captured: Clip with its root as captured.
+        rooted: Clip with the root that it was given, the same object if that is the captured one.
+        off_feet: Spans off level ground.
+        start_s: Time of the first frame in the file [s].
+    """
+    lowered = "The figure hovers, but its jumps fall as gravity has it: its path was kept and its landings were put on the ground."
     guessed = "The recording does not say where the pelvis went, or lets the figure hover; its path was reconstructed."
-    return (*([Notice(guessed)] if reconstructed else []), *(off_feet_notice(span, start_s) for span in off_feet))
+    told = [] if rooted is captured else [Notice(lowered if rooted.rooted else guessed)]
+    return (*told, *(off_feet_notice(span, start_s) for span in off_feet))
 
 
 def off_feet_notice(span: OffFeetSpan, start_s: float) -> Notice:

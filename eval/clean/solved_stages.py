@@ -115,7 +115,7 @@ def compare_with_recording(
         assist=np.where(kept, 0.0, simulated.assist),
         notices=(
             *pose_notices(stages.found_poses, edits),
-            *root_notices(stages.rooted is not stages.poses.motion, off_feet, start_s),
+            *root_notices(stages.poses.motion, stages.rooted, off_feet, start_s),
             *([moved_line(moved)] if moved else []),
             *([overlap_line(overlaps)] if overlaps else []),
         ),

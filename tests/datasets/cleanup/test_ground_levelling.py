@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from datasets.cleanup.ground_levelling import level_to_ground
+from datasets.cleanup.ground_levelling import falls_freely, level_to_ground, level_to_landings
 from datasets.motion.clip import BodyMotion
 from datasets.motion.kinematics import body_poses, lowest_point_heights
 from tests.builders import posed
@@ -42,3 +42,31 @@ def test_who_never_stands_is_put_on_the_ground_once() -> None:
     clip = level_to_ground(flying)
     assert abs(soles(clip).min()) < 1e-9
     np.testing.assert_allclose(np.diff(clip.root_position[:, 2]), np.diff(flying.root_position[:, 2]), atol=1e-12)
+
+
+def hops(gravity: float, count: int = 5, drift: float = 0.02) -> BodyMotion:
+    # Leaves the ground at 2 m/s each second, for 0.408 s at 9.81 m/s^2, and stands in between. The ground is 0.2 m too high and rises.
+    time = np.arange(60 * count) / 60.0
+    in_hop = time % 1.0
+    rise = np.clip(2.0 * in_hop - 0.5 * gravity * in_hop**2, 0.0, None)
+    return raised(0.2 + drift * time + rise)
+
+
+def test_hops_on_a_ground_that_drifts_land_on_it() -> None:
+    # Apex: 2^2 / (2 * 9.81) = 0.2039 m, at 0.204 s; at 0.2 s 8e-5 m less.
+    heights = soles(level_to_landings(hops(9.81)))
+    np.testing.assert_allclose(heights[60 * np.arange(5) + 12], 0.2038, atol=1e-4)
+    stands = np.arange(300) % 60 >= 25
+    np.testing.assert_allclose(heights[:264][stands[:264]], 0.0, atol=1e-9)
+    assert heights[265:].max() < 0.6 * 0.02  # of the last 0.6 s, half of the longest flight, the rise is not seen
+
+
+def test_flights_are_told_by_gravity() -> None:
+    assert falls_freely(level_to_landings(hops(9.81)))
+    assert not falls_freely(level_to_landings(hops(9.81, count=2)))  # two are chance
+    assert not falls_freely(level_to_landings(hops(6.0)))  # 0.61 of gravity
+    assert not falls_freely(level_to_landings(hops(13.5)))  # 1.38 of it, for 0.30 s each
+
+
+def test_who_stands_in_the_air_does_not_fall() -> None:
+    assert not falls_freely(level_to_landings(raised(0.2 + 0.02 * np.arange(300) / 60.0)))
