@@ -15,10 +15,11 @@ from datasets.motion.kinematics import body_poses, centre_of_mass, clip_lowest_h
 
 GROUND_SMOOTHING_S = 0.15  # s, of the Gaussian over the ground's height: a suit's legs differ by centimetres, and figures must not hop
 AIRBORNE_HEIGHT_M = 0.08  # m, of the figure's lowest point, above which it is in the air
-# Flights long enough to tell how they fall, and as many as chance does not make. Rokoko's dance, whose heights drift by a decimetre, has 13
-# that fall at 0.8 to 1.0 g.
+# A flight is long enough to tell how it falls, and flights are as many as chance does not make. Rokoko's dance, whose heights drift by a
+# decimetre, has 12 that fall at 0.6 to 1.0 g.
 MIN_FLIGHT_HEIGHT_M, MIN_FLIGHT_S, MIN_FLIGHTS = 0.03, 0.2, 3
-MAX_FALL_ERROR = 0.3  # of gravity, of the median of the flights
+MAX_JUMP_S = 0.7  # s, of a jump of 0.6 m: between landings on ground that drifts
+MAX_FALL_ERROR = 0.4  # of gravity
 
 
 def is_floating(motion: BodyMotion) -> bool:
@@ -36,27 +37,34 @@ def level_to_landings(motion: BodyMotion) -> BodyMotion:
         motion: Clip whose root may have drifted up or down.
     """
     lowest = clip_lowest_heights(motion).min(axis=1)
-    landings = np.flatnonzero(lowest <= grey_opening(lowest, 2 * round(0.5 * MAX_FLIGHT_S * motion.fps) + 1, mode="nearest"))
+    landings = np.flatnonzero(lowest <= grey_opening(lowest, 2 * round(0.5 * MAX_JUMP_S * motion.fps) + 1, mode="nearest"))
     ground = np.interp(np.arange(len(motion)), landings, lowest[landings])
     return replace(motion, root_position=motion.root_position - ground[:, None] * np.array([0.0, 0.0, 1.0]))
 
 
-def falls_freely(motion: BodyMotion) -> bool:
-    """Return whether the figure has flights in which its centre of mass falls as gravity has it: heights that do so were measured.
+def free_flights(motion: BodyMotion) -> np.ndarray:
+    """Return which frames are flights in which the centre of mass falls as gravity has it, shape (T,): who has such heights measured them.
+
+    None are if there are less than ``MIN_FLIGHTS``, or fewer than of flights that fall in another way.
 
     Args:
-        motion: Clip on the ground at zero.
+        motion: Clip with its landings on the ground at zero.
     """
-    lowest = clip_lowest_heights(motion).min(axis=1)
     (heights,) = by_blocks(lambda part: (centre_of_mass(*body_poses(motion.cut(part.start, part.stop)))[:, 2],), len(motion))
-    flights = [span for span in true_spans(lowest > MIN_FLIGHT_HEIGHT_M).tolist() if span[1] - span[0] >= MIN_FLIGHT_S * motion.fps]
-    falls = [_acceleration(heights[start:stop], motion.fps) for start, stop in flights]
-    return len(falls) >= MIN_FLIGHTS and bool(abs(np.median(falls) + GRAVITY_M_S2) < MAX_FALL_ERROR * GRAVITY_M_S2)
+    flights = true_spans(clip_lowest_heights(motion).min(axis=1) > MIN_FLIGHT_HEIGHT_M).tolist()
+    flights = [(start, stop) for start, stop in flights if stop - start >= MIN_FLIGHT_S * motion.fps]
+    free = [(start, stop) for start, stop in flights if _falls_freely(heights[start:stop], motion.fps)]
+    flies = np.zeros(len(motion), dtype=bool)
+    if len(free) >= max(MIN_FLIGHTS, 0.5 * len(flights)):
+        for start, stop in free:
+            flies[start:stop] = True
+    return flies
 
 
-def _acceleration(heights: np.ndarray, fps: float) -> float:
-    """Return the acceleration [m/s^2] of the parabola nearest to heights [m] (n,)."""
-    return 2.0 * float(np.polyfit(np.arange(len(heights)) / fps, heights, 2)[0])
+def _falls_freely(heights: np.ndarray, fps: float) -> bool:
+    """Return whether the parabola nearest to heights [m] (n,) is that of a free fall."""
+    acceleration = 2.0 * np.polyfit(np.arange(len(heights)) / fps, heights, 2)[0]
+    return bool(abs(acceleration + GRAVITY_M_S2) < MAX_FALL_ERROR * GRAVITY_M_S2)
 
 
 def level_to_ground(motion: BodyMotion, contacts: np.ndarray | None = None, grounded: np.ndarray | None = None) -> BodyMotion:

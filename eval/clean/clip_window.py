@@ -8,6 +8,7 @@ import numpy as np
 from datasets.cleanup.off_feet_spans import OffFeetSpan
 from datasets.motion.clip import BodyMotion
 from envs.physics.overlap_memory import OverlapMemory
+from eval.clean.believed_root import LocatedRoot
 from eval.clean.edits import Edits
 from eval.clean.restored_poses import RestoredPoses
 from eval.clean.simulate_clip import SimulatedClip
@@ -40,15 +41,14 @@ class ClipWindow:
             restored = replace(restored, local_rotations=found.motion.local_rotations[self.frames])
         return found._replace(motion=restored, contacts=None if found.contacts is None else found.contacts[self.frames])
 
-    def locate_root(self, placed: PlacedRecording, poses: RestoredPoses) -> tuple[BodyMotion, list[OffFeetSpan]]:
-        """Return the frames with the root and the spans off the feet of the whole clip."""
+    def locate_root(self, placed: PlacedRecording, poses: RestoredPoses) -> LocatedRoot:
+        """Return the frames with the root that the whole clip has."""
         solved, frames, rooted = self.solved, self.frames, poses.motion
         if solved.rooted is not solved.poses.motion:  # a root that the whole clip tells
             rooted = replace(rooted, root_position=solved.rooted.root_position[frames], rooted=solved.rooted.rooted)
         inside = [span for span in solved.off_feet if span.start < frames.stop and span.stop > frames.start]
-        return rooted, [
-            span._replace(start=max(span.start - frames.start, 0), stop=min(span.stop, frames.stop) - frames.start) for span in inside
-        ]
+        cut = [span._replace(start=max(span.start - frames.start, 0), stop=min(span.stop, frames.stop) - frames.start) for span in inside]
+        return LocatedRoot(rooted, cut, solved.flies[frames])
 
     def simulate(
         self,

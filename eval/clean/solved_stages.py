@@ -57,6 +57,7 @@ class SolvedStages(NamedTuple):
         poses: Restored poses as a person edited them.
         rooted: The same with a root.
         off_feet: Spans off the feet.
+        flies: Frames in which the recorded root falls freely, shape (T,).
         repaired: Repaired without physics.
         simulated: Simulated as far as it is to be.
         stale: Frames that would be simulated, but were not, shape (T,).
@@ -69,6 +70,7 @@ class SolvedStages(NamedTuple):
     poses: RestoredPoses
     rooted: BodyMotion
     off_feet: list[OffFeetSpan]
+    flies: np.ndarray
     repaired: BodyMotion
     simulated: SimulatedClip
     stale: np.ndarray

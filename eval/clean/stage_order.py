@@ -13,6 +13,7 @@ from datasets.cleanup.off_feet_spans import OffFeetSpan
 from datasets.motion.clip import FPS, BodyMotion, Motion
 from envs.physics.overlap_memory import OverlapMemory
 from eval.clean.apply_edits import edit_poses, said_contacts
+from eval.clean.believed_root import LocatedRoot
 from eval.clean.edits import RESTORE, Edits
 from eval.clean.performer_output import to_performer
 from eval.clean.progress import REPAIRING, RESTORING, ROOT, SIMULATING, TRANSFERRING
@@ -45,8 +46,8 @@ class StageSource(Protocol):
         """Return restored poses before edits of them."""
         ...
 
-    def locate_root(self, placed: PlacedRecording, poses: RestoredPoses) -> tuple[BodyMotion, list[OffFeetSpan]]:
-        """Return the clip with a root, the very motion of ``poses`` where that has one, and its spans off the feet."""
+    def locate_root(self, placed: PlacedRecording, poses: RestoredPoses) -> LocatedRoot:
+        """Return the clip with a root, the very motion of ``poses`` where that of the recording is believed."""
         ...
 
     def simulate(
@@ -85,18 +86,19 @@ def run_stages(
     found = memory.result("restored", (edits.ground_m, RESTORE in edits.without), lambda: source.restore(placed, edits))
     poses = memory.result("poses", _pose_key(edits), lambda: _edit(found, placed, edits, grid))
     begin(ROOT, 0.0)
-    rooted, off_feet = memory.result("root", _pose_key(edits), lambda: source.locate_root(placed, poses))
+    rooted, off_feet, flies = memory.result("root", _pose_key(edits), lambda: source.locate_root(placed, poses))
+    contacts = None if poses.contacts is None else poses.contacts & ~flies[:, None]
     begin(REPAIRING, 0.0)
     said = said_contacts(edits.contacts, *grid) if edits.contacts else None
-    key, given = (_pose_key(edits), edits.contacts), (rooted, off_feet, poses.contacts, said, source.overlaps)
+    key, given = (_pose_key(edits), edits.contacts), (rooted, off_feet, contacts, said, source.overlaps)
     repaired = memory.result("repaired", key, lambda: repair_kinematically(*given))
     begin(SIMULATING, 0.0)
-    simulated, stale = source.simulate(edits, repaired, off_feet, poses.contacts, partial(begin, SIMULATING))
+    simulated, stale = source.simulate(edits, repaired, off_feet, contacts, partial(begin, SIMULATING))
     begin(TRANSFERRING, 0.0)
     usual = memory.result("usual heights", edits.ground_m, lambda: source.usual_heights(placed))
     told = edits, source.start_s, usual
     output = to_performer(placed.retargeted, simulated.motion, simulated.contacts, off_feet, *told, partial(begin, TRANSFERRING))
-    return SolvedStages(placed, found, poses, rooted, off_feet, repaired, simulated, stale, said, usual), output
+    return SolvedStages(placed, found, poses, rooted, off_feet, flies, repaired, simulated, stale, said, usual), output
 
 
 def _edit(found: RestoredPoses, placed: PlacedRecording, edits: Edits, grid: tuple[int, float, float]) -> RestoredPoses:

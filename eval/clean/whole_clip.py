@@ -14,7 +14,7 @@ from datasets.imu.recording import measured_accelerations
 from datasets.motion.clip import FPS, BodyMotion
 from envs.physics.overlap_memory import OverlapMemory
 from eval.clean.apply_edits import frames_of_quality, frames_without
-from eval.clean.believed_root import locate_root
+from eval.clean.believed_root import LocatedRoot, locate_root
 from eval.clean.edited_simulation import EditedSimulation, SearchMemory
 from eval.clean.edits import PHYSICS, RESTORE, Edits
 from eval.clean.restored_poses import RestoredPoses, restore_clip
@@ -65,8 +65,8 @@ class WholeClip:
         restorer = None if RESTORE in edits.without else self.models.restorer
         return restore_clip(restorer, placed.recorded, find_off_feet_spans(placed.recorded))
 
-    def locate_root(self, placed: PlacedRecording, poses: RestoredPoses) -> tuple[BodyMotion, list[OffFeetSpan]]:
-        """Return the clip with the root of the recording, or Root3D's where that cannot be believed, and its spans off the feet."""
+    def locate_root(self, placed: PlacedRecording, poses: RestoredPoses) -> LocatedRoot:
+        """Return the clip with the root of the recording, or Root3D's where that cannot be believed."""
         return locate_root(poses.motion, measured_accelerations(self.bvh, placed.retargeted, poses.motion))
 
     def simulate(
