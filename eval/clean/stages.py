@@ -60,13 +60,14 @@ def simulate_grounded_spans(
 ) -> SimulatedClip:
     """Return the clip simulated wherever it is on level ground.
 
-    Contacts are the simulation's loads where it is trusted, and elsewhere those given.
+    Contacts are those given: these feet keep still in the clip that is simulated. Without any they are the simulation's loads where it is
+    trusted, and elsewhere detected by speed and height.
 
     Args:
         simulator: Policy and settings of the search; None leaves physics out.
         clip: Repaired clip at 60 fps.
         off_feet: Spans off level ground.
-        contacts: Whether the left and the right foot stand, shape (T, 2); detected by speed and height if None.
+        contacts: Whether the left and the right foot stand, shape (T, 2); None where nothing knows it.
         progress: Called with the share of the frames that were simulated, again and again.
         simulate_part: Simulates each part in another way than ``simulate_clip``, or leaves it as it is.
         memory: Overlaps that were found in other versions of the clip.
@@ -88,9 +89,12 @@ def simulate_grounded_spans(
                     yield start, simulated
 
     simulated = _splice(clip, simulated_parts(simulator)) if simulator else without_simulation(clip)
-    kinematic = (detect_foot_contacts(simulated.motion) if contacts is None else contacts) & ~excluded[:, None]
-    found = np.where((simulated.confidence >= SIMULATED_CONFIDENCE)[:, None], simulated.contacts, kinematic)
-    return simulated._replace(motion=remove_self_penetration(simulated.motion, memory), contacts=found)
+    if contacts is None:
+        trusted = simulated.confidence >= SIMULATED_CONFIDENCE
+        contacts = np.where(trusted[:, None], simulated.contacts, detect_foot_contacts(simulated.motion) & ~excluded[:, None])
+    else:
+        contacts = contacts & ~excluded[:, None]
+    return simulated._replace(motion=remove_self_penetration(simulated.motion, memory), contacts=contacts)
 
 
 def _simulate_whole(

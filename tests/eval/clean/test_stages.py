@@ -110,6 +110,15 @@ def test_only_level_ground_is_performed(performed: list[tuple[int, tuple[bool, b
     assert found.segment_starts == [0, 20, 180, 200]
 
 
+def test_contacts_that_are_known_count_in_performed_frames_too(performed: list[tuple[int, tuple[bool, bool]]]) -> None:
+    # The performance stands on the left foot, but it is the right one that keeps still in the clip; nobody stands while somebody sits.
+    known = np.tile([False, True], (300, 1))
+    found = simulate_grounded_spans(simulator(), posed({}, 300), [OffFeetSpan(100, 180, "sits")], known)
+    assert len(performed) == 2
+    assert not found.contacts[:, 0].any()
+    assert found.contacts[:, 1].tolist() == [True] * 100 + [False] * 80 + [True] * 120
+
+
 def test_what_follows_a_performance_is_carried_along(performed: list[tuple[int, tuple[bool, bool]]]) -> None:
     # The clip stands still; the first part drifts by 0.2 m, so the second is from there, and drifts by another 0.2. Heights stay.
     found = simulate_grounded_spans(simulator(), posed({}, 300), [OffFeetSpan(100, 180, "sits")]).motion.root_position
