@@ -10,7 +10,7 @@ MINUTES ?= 25
 TESTED ?= synthetic
 
 # The suite's two parts take about as long as each other. What is not named here, new folders too, is in the second.
-FIRST_PART := tests/eval
+FIRST_PART := tests/envs tests/eval
 
 .PHONY: install train test test-first-part test-second-part check docs gpu blender
 
