@@ -35,6 +35,7 @@ def test_few_items_stay_in_this_process_and_many_leave_it(monkeypatch: pytest.Mo
     found = map_on_cores(square_and_process, MANY)
     assert [square for square, _ in found] == [number * number for number in MANY]
     assert os.getpid() not in {process for _, process in found}
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
     assert map_on_cores(threads_of_process, MANY) == ["1"] * MIN_ITEMS
 
 

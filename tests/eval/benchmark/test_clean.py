@@ -31,6 +31,7 @@ def cleaner(monkeypatch: pytest.MonkeyPatch) -> CleaningPipeline:
     return CleaningPipeline(Simulator(Policy(spec.observation_size, spec.action_size, (8,)), spec, 1, SearchSettings(WORLDS, 2)))
 
 
+@pytest.mark.usefixtures("three_threads")
 def test_benchmark_writes_its_figures(
     cleaner: CleaningPipeline, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -108,6 +108,7 @@ def test_unknown_benchmark_names_those_that_exist(capsys: pytest.CaptureFixture[
     assert "env" in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("three_threads")
 def test_root_benchmark_writes_its_figures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     def small(motions: str, rounds: int, after_round: benchmark.Callable[[], None]) -> benchmark.BenchmarkResult:
         assert motions == "synthetic"

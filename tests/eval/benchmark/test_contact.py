@@ -33,6 +33,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(benchmark.BENCHMARKS, "contact", run)
 
 
+@pytest.mark.usefixtures("three_threads")
 def test_benchmark_writes_figures_and_a_picture(small: None, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     threads = torch.get_num_threads()
     files = ["--json", str(tmp_path / "contact.json"), "--plot", str(tmp_path / "contact.png")]

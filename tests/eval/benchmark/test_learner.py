@@ -90,6 +90,7 @@ def test_a_peer_makes_as_many_steps(module: str, tiny: PpoConfig, library: Motio
     assert {float(state["step"]) for state in optimiser.state.values()} == {4.0}  # two epochs of two minibatches
 
 
+@pytest.mark.usefixtures("three_threads")
 def test_benchmark_writes_its_figures(
     tiny: PpoConfig, library: MotionLibrary, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

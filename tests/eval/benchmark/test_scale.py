@@ -134,6 +134,7 @@ def test_what_is_said_of_measured_rates() -> None:
     json.dumps(found)
 
 
+@pytest.mark.usefixtures("three_threads")
 def test_a_tiny_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     overrides = ["collect.actors=1", "collect.envs=4", "collect.horizon=4", "network.hidden=[8]", "learner.minibatch=8"]
     config = load_config(PpoConfig, CONFIG_DIR / "mixed.yaml", overrides)

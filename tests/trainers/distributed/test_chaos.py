@@ -111,6 +111,7 @@ class Run:
 
     def kill(self, collectors: int) -> None:
         """Kill some collectors at once."""
+        self.wait_until_full()  # on a busy machine a slow one may just have been given up as hung
         for pid in self.random.sample(self.collectors(), collectors):
             os.kill(pid, signal.SIGKILL)
 
