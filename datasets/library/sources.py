@@ -121,10 +121,8 @@ def load_source_motions(
         say(f"{error}; left out")
     if not read:
         raise InputError(f"{source}: none of {len(paths)} motion files can be read, see above")
-    noticed = [(path, one.notices[0]) for path, one in read if one.notices]
-    if noticed:
-        some = f"{len(noticed)} of {len(read)} files were read with something guessed or mended, or look wrong"
-        say(f"{source}: {some}, such as {noticed[0][0].name}: {noticed[0][1]} All lines: python -m datasets.describe {source}")
+    if line := notices_line(read, source):
+        say(line)
     names, index = unique_names([path for path, _ in read]), read_index(paths[0])
     recordings = []
     for (path, one), name in zip(read, names, strict=True):
@@ -132,6 +130,15 @@ def load_source_motions(
         system = "imu" if one.accelerations is not None else by.system
         recordings.append(replace(one, clip=replace(one.clip, name=name, performer=by.performer, system=system, kind=by.kind)))
     return recordings
+
+
+def notices_line(read: Sequence[tuple[Path, SourceMotion]], source: str | os.PathLike[str]) -> str:
+    """Return the line on all that was guessed or mended in files of a source, with the command that tells the rest; empty if nothing."""
+    noticed = [(path, one.notices[0]) for path, one in read if one.notices]
+    if not noticed:
+        return ""
+    some = f"{len(noticed)} of {len(read)} files were read with something guessed or mended, or look wrong"
+    return f"{source}: {some}, such as {noticed[0][0].name}: {noticed[0][1]} All lines: python -m datasets.describe {source}"
 
 
 def _read(path: Path, reading: ReadingOptions | None, fps: float) -> SourceMotion | InputError:

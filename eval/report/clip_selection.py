@@ -13,6 +13,7 @@ from datasets.library.sources import (
     credit,
     find_motion_files,
     load_source_motions,
+    notices_line,
     read_index,
     unique_names,
 )
@@ -113,16 +114,19 @@ def _read(files: list[Path], config: DataConfig, log: Callable[[str], None]) -> 
     for number, (file, name) in enumerate(zip(files, unique_names(files), strict=True), start=1):
         log(f"reading {number}/{len(files)} {file}")
         try:
-            (one,) = load_source_motions(file, reading)
+            (one,) = load_source_motions(file, reading, say=lambda _: None)  # what was guessed is told of each folder at once
         except InputError as error:
             if len(files) == 1:
                 raise
             log(f"{error}; left out")
             continue
-        clips.append(replace(one, clip=replace(one.clip, name=name)))
+        clips.append((file, replace(one, clip=replace(one.clip, name=name))))
     if not clips and files:
         raise InputError(f"none of {len(files)} motion files can be read, see above")
-    return clips
+    for folder in dict.fromkeys(file.parent for file in files):
+        if line := notices_line([(file, one) for file, one in clips if file.parent == folder], folder):
+            log(line)
+    return [one for _, one in clips]
 
 
 def _reason_unfit(clip: BodyMotion) -> str:

@@ -222,6 +222,19 @@ def test_files_named_twice_are_read_once_under_unique_names(tmp_path: Path) -> N
     assert [clip.name for clip in found.recorded] == ["a/take", "b/take"]
 
 
+def test_what_was_guessed_is_told_once_for_each_folder(tmp_path: Path) -> None:
+    for name in ("a/one.bvh", "a/two.bvh", "b/three.bvh"):
+        path = tmp_path / name
+        path.parent.mkdir(exist_ok=True)
+        write_bvh(path, as_bvh(standing("", 130)))
+        path.write_text(path.read_text().replace("HIERARCHY", "HIERARCHY # by hand", 1))
+    said: list[str] = []
+    choose_clips(DataConfig(), CARD, [str(tmp_path)], said.append)
+    of_a, of_b = (line for line in said if "guessed" in line)
+    assert of_a.startswith(f"{tmp_path / 'a'}: 2 of 2 files were read with something guessed or mended")
+    assert of_b.endswith(f"python -m datasets.describe {tmp_path / 'b'}")
+
+
 def test_curves_come_back_from_the_events(run_folder: Path, tmp_path: Path) -> None:
     assert read_curves(run_folder) == {"training/episode_length_ratio": ([1000.0, 2000.0], [0.25, 0.5])}
     assert read_curves(tmp_path) == {}
