@@ -230,7 +230,7 @@ def test_what_was_guessed_is_told_once_for_each_folder(tmp_path: Path) -> None:
         path.write_text(path.read_text().replace("HIERARCHY", "HIERARCHY # by hand", 1))
     said: list[str] = []
     choose_clips(DataConfig(), CARD, [str(tmp_path)], said.append)
-    of_a, of_b = (line for line in said if "guessed" in line)
+    of_a, of_b = (line for line in said if "something guessed" in line)
     assert of_a.startswith(f"{tmp_path / 'a'}: 2 of 2 files were read with something guessed or mended")
     assert of_b.endswith(f"python -m datasets.describe {tmp_path / 'b'}")
 
