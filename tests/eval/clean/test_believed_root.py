@@ -14,16 +14,16 @@ from tests.builders import posed
 FLOATS_M = 0.2
 
 
-def in_the_air(hop_m_s: float) -> BodyMotion:
+def hopping(speed_m_s: float) -> BodyMotion:
     # Five seconds, 0.2 m over the ground, and off it with a speed at the beginning of each second; forward at 0.1 m/s.
     time = np.arange(300) / 60.0
-    rise = np.clip(hop_m_s * (time % 1.0) - 0.5 * 9.81 * (time % 1.0) ** 2, 0.0, None)
+    rise = np.clip(speed_m_s * (time % 1.0) - 0.5 * 9.81 * (time % 1.0) ** 2, 0.0, None)
     clip = posed({}, frames=300)
     return replace(clip, root_position=clip.root_position + np.stack([0.1 * time, 0.0 * time, FLOATS_M + rise], axis=1))
 
 
 def test_jumps_that_fall_freely_keep_their_path() -> None:
-    captured = in_the_air(2.0)
+    captured = hopping(2.0)
     rooted, off_feet, flies = locate_root(captured)
     assert not off_feet
     # Flights last 2 * 2 / 9.81 = 0.41 s, and are over 3 cm from 0.016 to 0.392 s: frames 1 to 23.
@@ -34,7 +34,7 @@ def test_jumps_that_fall_freely_keep_their_path() -> None:
 
 
 def test_who_hovers_gets_another_path(monkeypatch: pytest.MonkeyPatch) -> None:
-    captured = in_the_air(0.0)
+    captured = hopping(0.0)
     guessed = replace(captured, root_position=0.0 * captured.root_position, rooted=False)
     monkeypatch.setattr(believed_root, "reconstruct_missing_root", lambda clip, accelerations: guessed)
     rooted, off_feet, flies = locate_root(captured)

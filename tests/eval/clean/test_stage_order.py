@@ -1,16 +1,21 @@
 """The order of the stages: one for the whole clip and for a window of it, told as it goes on."""
 
 import numpy as np
+import pytest
 
+from datasets.motion.kinematics import clip_lowest_heights
 from eval.clean.clip_window import ClipWindow
 from eval.clean.edits import ContactEdit, Edits, MisalignmentEdit
 from eval.clean.pipeline import CleaningPipeline
 from eval.clean.progress import COMPARING, REPAIRING, RESTORING, ROOT, SIMULATING, TRANSFERRING
+from eval.clean.restored_poses import RestoredPoses
 from eval.clean.session import CleaningSession
 from eval.clean.solved_stages import PlacedRecording
 from eval.clean.stage_memory import StageMemory
 from eval.clean.stage_order import run_stages
+from eval.clean.whole_clip import WholeClip
 from tests.builders import as_bvh
+from tests.eval.clean.test_believed_root import hopping
 from tests.eval.clean.test_session import FRAMES, stepping
 
 EDITS = Edits((ContactEdit("left", 2.0, 2.5, True),), misalignments=(MisalignmentEdit("head", (0.0, 5.0, 0.0)),))
@@ -36,3 +41,16 @@ def test_stages_are_told_in_their_order() -> None:
     session = CleaningSession(as_bvh(stepping(90)), "clip", CleaningPipeline(None))
     session.solve(progress=lambda stage, _: told.append(stage))
     assert list(dict.fromkeys(told)) == [RESTORING, ROOT, REPAIRING, SIMULATING, TRANSFERRING, COMPARING]
+
+
+def test_no_foot_is_planted_while_the_figure_falls_freely(monkeypatch: pytest.MonkeyPatch) -> None:
+    def restore(clip: WholeClip, placed: PlacedRecording, edits: Edits) -> RestoredPoses:
+        return RestoredPoses(placed.recorded, np.ones((len(placed.recorded), 2), dtype=bool), ())  # all that poses tell is standing
+
+    monkeypatch.setattr(WholeClip, "restore", restore)
+    session = CleaningSession(as_bvh(hopping(2.0)), "clip", CleaningPipeline(None))
+    cleaned = session.solve()
+    assert not cleaned.contacts[60 * np.arange(5) + 12].any()  # at the top of each hop
+    assert cleaned.contacts[60 * np.arange(5) + 45].all()  # between two of them
+    # 2^2 / (2 * 9.81) = 0.204 m; of that the low-pass at 6 Hz takes off what is quicker, at the corners of the flight.
+    np.testing.assert_allclose(clip_lowest_heights(cleaned.after).min(axis=1)[60 * np.arange(1, 5) + 12], 0.204, atol=0.01)
