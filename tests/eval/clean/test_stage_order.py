@@ -52,6 +52,6 @@ def test_no_foot_is_planted_while_the_figure_falls_freely(monkeypatch: pytest.Mo
     cleaned = session.solve()
     assert not cleaned.contacts[60 * np.arange(5) + 12].any()  # at the top of each hop
     assert cleaned.contacts[60 * np.arange(5) + 45].all()  # between two of them
-    # 2^2 / (2 * 9.81) = 0.204 m. Frame 24 of a hop, 1.5 cm high, counts as standing, which raises the ground under the flight's middle by 8 mm;
-    # a low-pass at 6 Hz takes off about as much. Feet that stood all the while would leave nothing of it.
+    # 2^2 / (2 * 9.81) = 0.204 m. Frame 24 of a hop, 1.5 cm high, counts as standing, which raises the ground under the middle of the
+    # flight by 8 mm; a low-pass at 6 Hz takes off about as much. Feet that stood all the while would leave nothing of it.
     np.testing.assert_allclose(clip_lowest_heights(cleaned.after).min(axis=1)[60 * np.arange(1, 5) + 12], 0.204, atol=0.02)
