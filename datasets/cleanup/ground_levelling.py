@@ -16,7 +16,7 @@ from datasets.motion.kinematics import body_poses, centre_of_mass, clip_lowest_h
 GROUND_SMOOTHING_S = 0.15  # s, of the Gaussian over the ground's height: a suit's legs differ by centimetres, and figures must not hop
 AIRBORNE_HEIGHT_M = 0.08  # m, of the figure's lowest point, above which it is in the air
 # A flight is long enough to tell how it falls, and flights are as many as chance does not make. Rokoko's dance, whose heights drift by a
-# decimetre, has 12 that fall at 0.6 to 1.0 g.
+# decimetre, has 15, which fall at 0.64 to 1.08 g.
 MIN_FLIGHT_HEIGHT_M, MIN_FLIGHT_S, MIN_FLIGHTS = 0.03, 0.2, 3
 MAX_JUMP_S = 0.7  # s, of a jump of 0.6 m: between landings on ground that drifts
 MAX_FALL_ERROR = 0.4  # of gravity
@@ -43,9 +43,9 @@ def level_to_landings(motion: BodyMotion) -> BodyMotion:
 
 
 def free_flights(motion: BodyMotion) -> np.ndarray:
-    """Return which frames are flights in which the centre of mass falls as gravity has it, shape (T,): who has such heights measured them.
+    """Return which frames are flights in which the centre of mass falls as gravity has it, shape (T,).
 
-    None are if there are less than ``MIN_FLIGHTS``, or fewer than of flights that fall in another way.
+    A recording with such flights has measured its heights. None are if there are fewer than ``MIN_FLIGHTS``, or fewer than of other flights.
 
     Args:
         motion: Clip with its landings on the ground at zero.
