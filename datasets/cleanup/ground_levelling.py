@@ -45,7 +45,7 @@ def level_to_landings(motion: BodyMotion) -> BodyMotion:
 def free_flights(motion: BodyMotion) -> np.ndarray:
     """Return which frames are flights in which the centre of mass falls as gravity has it, shape (T,).
 
-    A recording with such flights has measured its heights. None are if there are fewer than ``MIN_FLIGHTS``, or fewer than of other flights.
+    A recording with such flights has measured its heights. None are if there are fewer than ``MIN_FLIGHTS``, or fewer than of others.
 
     Args:
         motion: Clip with its landings on the ground at zero.
