@@ -11,7 +11,7 @@ from datasets.motion.clip import BodyMotion
 from datasets.motion.frame_blocks import by_blocks
 from datasets.motion.frame_spans import true_spans
 from datasets.motion.humanoid import FOOT_AND_TOE_BODIES, GRAVITY_M_S2
-from datasets.motion.kinematics import body_poses, centre_of_mass, clip_lowest_heights
+from datasets.motion.kinematics import body_poses, centre_of_mass, clip_lowest_heights, lowest_point_heights
 
 GROUND_SMOOTHING_S = 0.15  # s, of the Gaussian over the ground's height: a suit's legs differ by centimetres, and figures must not hop
 AIRBORNE_HEIGHT_M = 0.08  # m, of the figure's lowest point, above which it is in the air
@@ -50,8 +50,13 @@ def free_flights(motion: BodyMotion) -> np.ndarray:
     Args:
         motion: Clip with its landings on the ground at zero.
     """
-    (heights,) = by_blocks(lambda part: (centre_of_mass(*body_poses(motion.cut(part.start, part.stop)))[:, 2],), len(motion))
-    flights = true_spans(clip_lowest_heights(motion).min(axis=1) > MIN_FLIGHT_HEIGHT_M).tolist()
+
+    def block(part: slice) -> tuple[np.ndarray, ...]:
+        poses = body_poses(motion.cut(part.start, part.stop))
+        return centre_of_mass(*poses)[:, 2], lowest_point_heights(*poses).min(axis=1)
+
+    heights, lowest = by_blocks(block, len(motion))
+    flights = true_spans(lowest > MIN_FLIGHT_HEIGHT_M).tolist()
     flights = [(start, stop) for start, stop in flights if stop - start >= MIN_FLIGHT_S * motion.fps]
     free = [(start, stop) for start, stop in flights if _falls_freely(heights[start:stop], motion.fps)]
     flies = np.zeros(len(motion), dtype=bool)
