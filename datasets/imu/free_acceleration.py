@@ -12,9 +12,9 @@ from scipy.signal import sosfiltfilt
 
 from datasets.imu.sensor_model import MOTION_BANDWIDTH_HZ, SENSOR_BODIES, SENSOR_RATE_HZ, low_pass
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import BODY_COM_OFFSETS, BODY_NAMES
-from datasets.motion.kinematics import align_quaternion_signs, body_poses, linear_acceleration, resample
-from datasets.motion.rotation import normalise, rotate
+from datasets.motion.humanoid import BODY_NAMES
+from datasets.motion.kinematics import align_quaternion_signs, body_poses, linear_acceleration, mass_centres, resample
+from datasets.motion.rotation import normalise
 
 PELVIS_BODY = BODY_NAMES.index("pelvis")
 _SENSOR_PELVIS = SENSOR_BODIES.index(PELVIS_BODY)
@@ -35,8 +35,7 @@ def accelerations_from_pose(motion: BodyMotion) -> np.ndarray:
     local = normalise(sosfiltfilt(low_pass(MOTION_BANDWIDTH_HZ), local, axis=0, padlen=min(_PADDING, len(local) - 1)))
     held = replace(clip, root_position=np.zeros_like(clip.root_position), local_rotations=local)
     positions, rotations = body_poses(held)
-    centres = positions + rotate(rotations, np.broadcast_to(BODY_COM_OFFSETS, positions.shape))
-    return linear_acceleration(centres[:, list(SENSOR_BODIES)], SENSOR_RATE_HZ)
+    return linear_acceleration(mass_centres(positions, rotations)[:, list(SENSOR_BODIES)], SENSOR_RATE_HZ)
 
 
 def fill_accelerations(motion: BodyMotion, known: dict[int, np.ndarray]) -> np.ndarray:

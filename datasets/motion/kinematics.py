@@ -73,10 +73,14 @@ def angular_velocity(rotations: np.ndarray, fps: float) -> np.ndarray:
     return np.concat([step[:1], 0.5 * (step[1:] + step[:-1]), step[-1:]])
 
 
+def mass_centres(positions: np.ndarray, rotations: np.ndarray) -> np.ndarray:
+    """Return the centres of mass of the 20 bodies (..., 20, 3) [m] from their origins (..., 20, 3) and rotations (..., 20, 4)."""
+    return positions + rotate(rotations, np.broadcast_to(BODY_COM_OFFSETS, positions.shape))
+
+
 def centre_of_mass(positions: np.ndarray, rotations: np.ndarray) -> np.ndarray:
     """Return the body's centre of mass (..., 3) [m] from the 20 bodies' origins (..., 20, 3) and rotations (..., 20, 4)."""
-    centres = positions + rotate(rotations, np.broadcast_to(BODY_COM_OFFSETS, positions.shape))
-    return np.einsum("b,...bc->...c", BODY_MASSES_KG / BODY_MASSES_KG.sum(), centres)
+    return np.einsum("b,...bc->...c", BODY_MASSES_KG / BODY_MASSES_KG.sum(), mass_centres(positions, rotations))
 
 
 def lowest_point_heights(positions: np.ndarray, rotations: np.ndarray) -> np.ndarray:

@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.linalg import solve_banded
 
-from datasets.motion.humanoid import BODY_COM_OFFSETS, BODY_MASSES_KG, GRAVITY_M_S2
-from datasets.motion.rotation import rotate
+from datasets.motion.centroidal_dynamics import pendulum_drive
+from datasets.motion.kinematics import mass_centres
 
 
 def balanced_path(pressure: np.ndarray, stiffness: np.ndarray, fps: float) -> np.ndarray:
@@ -37,8 +37,7 @@ def _pendulum(k: np.ndarray, drive: np.ndarray, ends: np.ndarray, fps: float) ->
 def balance_correction(positions: np.ndarray, rotations: np.ndarray, pressure: np.ndarray, fps: float) -> np.ndarray:
     """Return the horizontal shift (T, 2) [m] of a moving body after which the ground's force on it acts at ``pressure``.
 
-    The moment of gravity and of the bodies' accelerations about that point would tip the body over; a shift of the whole body obeys
-    the pendulum's equation driven by that moment. Where nothing carries the body, the shift conserves momentum instead.
+    See ``pendulum_drive``.
 
     Args:
         positions: Origins of the 20 bodies [m], shape (T, 20, 3).
@@ -46,17 +45,8 @@ def balance_correction(positions: np.ndarray, rotations: np.ndarray, pressure: n
         pressure: Centre of pressure [m], shape (T, 3).
         fps: Frame rate [1/s].
     """
-    share = BODY_MASSES_KG / BODY_MASSES_KG.sum()
-    centres = positions + rotate(rotations, np.broadcast_to(BODY_COM_OFFSETS, positions.shape))
-    force = np.zeros_like(centres)
-    force[1:-1] = (centres[2:] - 2.0 * centres[1:-1] + centres[:-2]) * fps**2
-    force[..., 2] += GRAVITY_M_S2
-    arm = centres - pressure[:, None]
-    total, height = np.einsum("b,tbc->tc", share, force), np.einsum("b,tb->t", share, arm[..., 2])
-    moment = np.einsum("b,tba->ta", share, force[..., 2:] * arm[..., :2] - force[..., :2] * arm[..., 2:]) / height[:, None]
-    carried = np.clip(total[:, 2] / (0.3 * GRAVITY_M_S2), 0.0, 1.0)[:, None]
-    drive = carried * moment - (1.0 - carried) * total[:, :2]
-    return _pendulum(np.maximum(total[:, 2], 0.0) / height, drive, np.zeros((2, 2)), fps)
+    drive, stiffness = pendulum_drive(mass_centres(positions, rotations), pressure, fps)
+    return _pendulum(stiffness, drive, np.zeros((2, 2)), fps)
 
 
 def reachable_height(hip_offset: np.ndarray, pelvis: np.ndarray, ankle: np.ndarray, leg: float) -> np.ndarray:

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from datasets.cleanup.centroidal_path import centroidal_path
 from datasets.cleanup.foot_contacts import detect_foot_contacts
 from datasets.cleanup.ground_levelling import level_to_ground
-from datasets.cleanup.plant_feet import hold_feet, lead_steps
+from datasets.cleanup.plant_feet import hold_feet
 from datasets.motion.clip import BodyMotion
 from datasets.motion.curves import smooth_gaussian
 from datasets.motion.kinematics import clip_sole_points, support_steps
@@ -37,8 +38,8 @@ def plant_edited_feet(motion: BodyMotion, grounded: np.ndarray, contacts: np.nda
         own, freed, held = motion, motion, stand_as_said
     else:
         stands = edited_contacts(contacts, said) & level
-        own, held = lead_steps(motion, contacts & level), stands | stand_as_said
-        freed = lead_steps(motion, contacts & level & (said != LIFTED)) if (said == LIFTED).any() else own
+        own, held = centroidal_path(motion, contacts & level, grounded), stands | stand_as_said
+        freed = centroidal_path(motion, contacts & level & (said != LIFTED), grounded) if (said == LIFTED).any() else own
     led = np.where((stand_as_said & level).any(axis=1, keepdims=True), stands & level, False)
     return hold_feet(level_to_ground(_led_locally(own, freed, led), stands, grounded), held, stand_as_said & level)
 
