@@ -7,9 +7,11 @@ import numpy as np
 from datasets.cleanup.centroidal_path import centroidal_path
 from datasets.cleanup.foot_lock_offsets import foot_lock_offsets
 from datasets.cleanup.ground_levelling import level_to_ground
+from datasets.cleanup.hip_sinking import hip_sinking
 from datasets.ik.leg_ik import leg_ik
+from datasets.ik.two_bone_ik import limit_reach
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import BODY_NAMES
+from datasets.motion.humanoid import BODY_NAMES, LEG_LENGTH
 from datasets.motion.kinematics import body_poses, sole_points
 from datasets.motion.rotation import conjugate, from_axis_angle, multiply, rotate
 
@@ -30,7 +32,9 @@ def plant_feet(motion: BodyMotion, contacts: np.ndarray, grounded: np.ndarray | 
 
 
 def hold_feet(motion: BodyMotion, contacts: np.ndarray, flat: np.ndarray | None = None) -> BodyMotion:
-    """Return the clip with feet held still by thighs and knees while they stand: same root, same orientation of the feet.
+    """Return the clip with feet held still while they stand, by thighs and knees, and by hips that sink where a leg is too short.
+
+    All feet keep their orientation, and those that swing their place. A foot that is out of reach even so stays softly short of it.
 
     Args:
         motion: Clip.
@@ -38,17 +42,19 @@ def hold_feet(motion: BodyMotion, contacts: np.ndarray, flat: np.ndarray | None 
         flat: Frames and feet whose contacts are on the ground at 0, however high the foot is, shape (T, 2); none if None.
     """
     positions, rotations = body_poses(motion)
-    soles, local = sole_points(positions, rotations), motion.local_rotations.copy()
+    soles, flat = sole_points(positions, rotations), np.zeros_like(contacts) if flat is None else flat
+    offsets = np.stack([foot_lock_offsets(soles[:, side], contacts[:, side], motion.fps, flat[:, side]) for side in (0, 1)], axis=1)
+    thighs, feet = (positions[:, [leg[part] for leg in _LEGS]] for part in (0, 2))
+    sunk = hip_sinking(feet - thighs, offsets, LEG_LENGTH, motion.fps)
+    lowered = np.array([0.0, 0.0, 1.0]) * sunk[:, None]
+    local = motion.local_rotations.copy()
     for side, (thigh, shin, foot) in enumerate(_LEGS):
-        offsets = foot_lock_offsets(soles[:, side], contacts[:, side], motion.fps, None if flat is None else flat[:, side])
-        moved = np.flatnonzero(offsets.any(axis=1))
-        turned, flexion = leg_ik(
-            positions[moved, thigh],
-            positions[moved, foot] + offsets[moved],
-            rotate(rotations[moved, thigh], np.tile(_FORWARD, (len(moved), 1))),
-        )
+        moved = np.flatnonzero(offsets[:, side].any(axis=1) | (sunk > 0.0))
+        leg = (feet - thighs)[moved, side]
+        hip, reached = thighs[moved, side] - lowered[moved], limit_reach(leg, leg + offsets[moved, side] + lowered[moved], LEG_LENGTH)
+        turned, flexion = leg_ik(hip, hip + reached, rotate(rotations[moved, thigh], np.tile(_FORWARD, (len(moved), 1))))
         knee = from_axis_angle(np.tile(_KNEE_AXIS, (len(moved), 1)), flexion)
         local[moved, thigh] = multiply(conjugate(rotations[moved, 0]), turned)
         local[moved, shin] = knee
         local[moved, foot] = multiply(conjugate(multiply(turned, knee)), rotations[moved, foot])
-    return replace(motion, local_rotations=local)
+    return replace(motion, root_position=motion.root_position - lowered, local_rotations=local)

@@ -9,6 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
+from datasets.cleanup.foot_contacts import drop_missed_steps
 from datasets.cleanup.off_feet_spans import OffFeetSpan
 from datasets.motion.clip import FPS, BodyMotion, Motion
 from envs.physics.overlap_memory import OverlapMemory
@@ -87,7 +88,7 @@ def run_stages(
     poses = memory.result("poses", _pose_key(edits), lambda: _edit(found, placed, edits, grid))
     begin(ROOT, 0.0)
     rooted, off_feet, flies = memory.result("root", _pose_key(edits), lambda: source.locate_root(placed, poses))
-    contacts = None if poses.contacts is None else poses.contacts & ~flies[:, None]
+    contacts = memory.result("contacts", _pose_key(edits), lambda: _standing(rooted, poses.contacts, flies))
     begin(REPAIRING, 0.0)
     said = said_contacts(edits.contacts, *grid) if edits.contacts else None
     key, given = (_pose_key(edits), edits.contacts), (rooted, off_feet, contacts, said, source.overlaps)
@@ -105,6 +106,11 @@ def _edit(found: RestoredPoses, placed: PlacedRecording, edits: Edits, grid: tup
     """Return restored poses as a person edited them; the same object where nothing of them is edited."""
     motion = edit_poses(found.motion, placed.recorded, edits, grid)
     return found if motion is found.motion else found._replace(motion=motion)
+
+
+def _standing(rooted: BodyMotion, contacts: np.ndarray | None, flies: np.ndarray) -> np.ndarray | None:
+    """Return the network's contacts (T, 2) but in free flight and in steps that it missed; None where there are none."""
+    return None if contacts is None else drop_missed_steps(rooted, contacts) & ~flies[:, None]
 
 
 def _pose_key(edits: Edits) -> Hashable:

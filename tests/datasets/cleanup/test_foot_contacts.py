@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from datasets.cleanup.foot_contacts import debounce_labels, detect_foot_contacts
+from datasets.cleanup.foot_contacts import debounce_labels, detect_foot_contacts, drop_missed_steps
 from datasets.motion.clip import BodyMotion
 from datasets.motion.frame_spans import true_spans
 from datasets.motion.kinematics import resample
@@ -16,6 +16,8 @@ from datasets.synthetic import clips as synthetic
 from datasets.synthetic.footsteps import FeetTrack
 from datasets.synthetic.movement_style import draw_movement_style
 from tests.builders import posed
+
+NONE = np.zeros((60, 2), dtype=bool)
 
 
 def labels(text: str) -> np.ndarray:
@@ -136,3 +138,40 @@ def test_a_real_walker_nearly_always_stands_on_a_foot(shared_data: Path) -> None
     contacts = detect_foot_contacts(walk)
     assert contacts.any(axis=1).mean() > 0.95
     assert 0.05 < contacts.all(axis=1).mean() < 0.45  # people who walk have both feet on the ground for about a quarter of the time
+
+
+def stepping(degrees: float, frames: int = 60) -> BodyMotion:
+    """Return a figure whose straight right leg swings ahead by an angle, evenly within 0.2 s from frame 24 to 36, and stays there."""
+    turns = degrees * np.clip((np.arange(frames) - 24) / 12, 0.0, 1.0)
+    return replace(posed({}, frames), local_rotations=np.concat([posed({"thigh_r_y": -turn}, 1).local_rotations for turn in turns]))
+
+
+def test_a_foot_that_steps_while_both_are_said_to_stand_does_not_stand() -> None:
+    # A leg of 0.83 m and a foot that swing by 20 degrees within 0.2 s: their sole goes ahead by 30 cm at 1.5 m/s, a mean over five frames.
+    contacts = np.ones((60, 2), dtype=bool)
+    found = drop_missed_steps(stepping(20.0), contacts)
+    assert found[:, 0].all()
+    assert not found[25:35, 1].any()
+    assert found[:22, 1].all()
+    assert found[39:, 1].all()
+
+
+def test_which_foot_steps_is_told_by_the_root() -> None:
+    # The root goes back by as much as the right foot ahead: it is the left one that moves.
+    steps = stepping(20.0)
+    ahead = 0.83 * np.sin(np.radians(20.0 * np.clip((np.arange(60) - 24) / 12, 0.0, 1.0)))
+    found = drop_missed_steps(replace(steps, root_position=steps.root_position - ahead[:, None] * np.array([1.0, 0.0, 0.0])), ~NONE)
+    assert found[:, 1].all()
+    assert not found[26:34, 0].any()
+
+
+def test_feet_that_shift_by_centimetres_or_go_with_the_root_keep_standing() -> None:
+    assert drop_missed_steps(stepping(4.0), ~NONE).all()  # 6 cm
+    slides = moving(np.tile([2.0, 0.0, 0.0], (60, 1)))
+    assert drop_missed_steps(slides, ~NONE).all()
+
+
+def test_a_step_that_nobody_calls_a_contact_is_none_afterwards() -> None:
+    contacts = ~NONE
+    contacts[20:40, 1] = False
+    assert np.array_equal(drop_missed_steps(stepping(20.0), contacts), contacts)

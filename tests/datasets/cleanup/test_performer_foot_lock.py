@@ -136,3 +136,20 @@ def test_a_leg_too_short_stays_short_of_its_place_without_a_pop() -> None:
     turn = rotation_angle(multiply(conjugate(planted.local_rotations[1:]), planted.local_rotations[:-1]))
     # The leg swings by 0.2 m/s over 0.82 m, 0.25 rad/s; a knee that popped straight would turn by 0.1 rad in a frame, 6 rad/s
     assert turn.max() * 60.0 < 1.0
+
+
+def test_hips_give_way_to_a_foot_that_is_held_at_the_end_of_a_leg() -> None:
+    # Thighs 15 degrees ahead, shins 15 back: ankles are 80.2 cm below the hips and 1.9 cm behind them, in our size, and at last 16.9 cm.
+    one = performer(knee=30.0)
+    slides = transfer_back(one, moving(one.motion, (0.2, 0.0, 0.0)))
+    planted = lock_performer_feet(slides, one, standing(0, FRAMES - 1), LEVEL)
+    thigh, shin, turn = 0.9 * THIGH_LENGTH_M * SCALE, 1.1 * SHIN_LENGTH_M * SCALE, np.radians(15.0)
+    behind, below = (shin - thigh) * np.sin(turn), (shin + thigh) * np.cos(turn)
+    reach = 0.75 * np.hypot(behind, below) + 0.25 * (thigh + shin)
+    sinks = below - np.sqrt(reach**2 - (0.15 + behind) ** 2)
+    assert sinks == pytest.approx(0.0105, abs=1e-4)
+    lower = SCALE * (joint_poses(slides)[0][:, 0] - joint_poses(planted)[0][:, 0])
+    assert np.abs(lower[:, :2]).max() < 1e-12
+    assert 0.8 * sinks < lower[-1, 2] < sinks  # a mean with frames that need less
+    assert lower[FRAMES // 2, 2] == pytest.approx(0.0, abs=1e-12)
+    assert np.abs(np.diff(ankles(planted), axis=0)).max() < 1e-4

@@ -3,8 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from datasets.cleanup.foot_contacts import detect_foot_contacts
+from datasets.cleanup.hip_sinking import MAX_SINKING_M
 from datasets.cleanup.plant_feet import hold_feet, plant_feet
 from datasets.motion.kinematics import body_poses, sole_points
 from datasets.synthetic.clips import synthetic_clips
@@ -47,3 +49,27 @@ def test_planted_feet_stand_on_the_ground() -> None:
     floats = posed({}, 31, STANDING + 0.1)
     soles = sole_points(*body_poses(plant_feet(floats, BOTH)))
     assert np.abs(soles[..., 2].min(axis=-1)).max() < 1e-9
+
+
+def test_hips_sink_where_legs_are_too_short_to_hold_their_feet() -> None:
+    # With knees bent by 20 degrees legs of 83 cm lack 1.3 cm to be straight; 15 cm behind their feet, at both ends of the clip, they lack
+    # sqrt(81.7^2 + 15^2) cm - 81.7 cm = 1.4 cm. Hips sink for what is over a quarter of that: 1.05 cm at most.
+    slides = sliding(crouching(61, knee=20.0), (0.3, 0.0, 0.0))
+    held = hold_feet(slides, np.ones((61, 2), dtype=bool))
+    sunk = slides.root_position - held.root_position
+    assert np.abs(sunk[:, :2]).max() == 0.0
+    assert 0.008 < sunk[0, 2] < 0.0105
+    assert sunk[30, 2] == 0.0
+    assert np.abs(np.diff(sole_points(*body_poses(held)), axis=0)).max() < 1e-4
+    knees = 2.0 * np.arctan2(held.local_rotations[:, [13, 17], 2], held.local_rotations[:, [13, 17], 0])
+    assert knees.min() > np.radians(10.0)  # half of what it lacked is left, and so more than 0.7 of 20 degrees
+    assert np.abs(np.diff(knees, n=2, axis=0)).max() * 60.0**2 < 30.0
+
+
+def test_a_foot_out_of_reach_stays_short_of_its_place_without_a_straight_knee() -> None:
+    slides = sliding(crouching(121, knee=20.0), (0.4, 0.0, 0.0))  # 40 cm away at both ends
+    held = hold_feet(slides, np.ones((121, 2), dtype=bool))
+    knees = 2.0 * np.arctan2(held.local_rotations[:, [13, 17], 2], held.local_rotations[:, [13, 17], 0])
+    assert knees.min() > 0.0
+    assert np.abs(np.diff(knees, axis=0)).max() * 60.0 < 2.0  # rad/s; a knee that popped straight would turn by 0.35 rad in a frame
+    assert (slides.root_position - held.root_position)[:, 2].max() == pytest.approx(MAX_SINKING_M)
