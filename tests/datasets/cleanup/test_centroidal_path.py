@@ -47,8 +47,7 @@ def test_nobody_pushes_off_from_the_air() -> None:
 
 def test_what_carries_a_body_off_its_feet_is_not_told_by_them() -> None:
     leaps, contacts = leaping(np.where(np.arange(LEAP_FRAMES) < LEAP_FRAMES // 2, 1.0, 3.0))
-    grounded = contacts.any(axis=1)
-    speed = np.diff(centroidal_path(leaps, contacts, grounded).root_position[:, 0]) * 60.0
+    speed = np.diff(centroidal_path(leaps, contacts, contacts[:, 0]).root_position[:, 0]) * 60.0
     assert np.allclose(speed[64:72], 1.0, atol=0.1)
     assert np.allclose(speed[78:86], 3.0, atol=0.1)
 
