@@ -30,9 +30,9 @@ from datasets.motion.kinematics import body_poses, mass_centres, sole_points, su
 # Standard deviations of what the path is made of, for each frame; only their ratios count. Those of velocities are one at rest [m/s], and
 # a share of the speed that adds to it: of the path's, and of the foot's in the pelvis' frame.
 ACCELERATION_STD_M_S2 = 0.25  # of the equation of motion, beside where in the soles the centre of pressure is
-PATH_SPEED_STD = (0.05, 0.1)  # of the velocity of the clip's path
-PATH_PLACE_STD_M = 0.3  # of the path's place
-FOOT_SPEED_STD = (0.005, 0.4)  # of the velocity of a standing foot
+PATH_SPEED_STD = (0.05, 0.2)  # of the velocity of the clip's path
+PATH_PLACE_STD_M = 0.1  # of the path's place
+FOOT_SPEED_STD = (0.005, 0.2)  # of the velocity of a standing foot
 FOOT_SHIFT_STD_M = 0.1  # of how far a leg makes up for its foot within a stance
 SOLE_HEIGHT_SCALE_M = 0.03  # above the lowest sole point, at which one bears 1/e of the weight that it bears on the ground
 SOLE_WIDTH_STD_M = 0.03  # of the centre of pressure beside the line from heel to toe

@@ -55,7 +55,7 @@ def test_what_carries_a_body_off_its_feet_is_not_told_by_them() -> None:
 def test_a_root_that_slides_over_standing_feet_stands_still() -> None:
     slides = sliding(crouching(31), (0.5, -0.2, 0.0))
     way = centroidal_path(slides, np.ones((31, 2), dtype=bool)).root_position
-    # Of two feet each is 0.005 m/s wrong, the path 0.05 + 0.1 * 0.54: its share is 1 / (1 + 2 * (0.104 / 0.005)^2), a thousandth.
+    # Of two feet each is wrong by 0.005 m/s, the path by 0.05 + 0.2 * 0.54: it counts for 1 / (1 + 2 * (0.158 / 0.005)^2), 0.05 %.
     assert np.abs(way - way[:1]).max() < 0.01
 
 
@@ -73,7 +73,8 @@ def test_a_true_path_is_left_where_it_is() -> None:
 
 
 def test_steps_that_fall_short_of_the_path_count_as_they_are_sure() -> None:
-    # A path 10 % longer than the steps: of a walk at v the path's velocity is wrong by 0.05 + 0.1 v, that of a foot by 0.005 + 0.4 v.
+    # A path 10 % longer than the steps: at v its velocity is wrong by 0.05 + 0.2 v, that of a foot by 0.005 + 0.2 v. The share of the path's
+    # velocity is the least that it gets, as its place counts, too.
     true = named("walk_1.39")
     longer = replace(true, root_position=true.root_position * np.array([1.1, 1.1, 1.0]))
     way = np.linalg.norm(np.diff(true.root_position[:, :2], axis=0), axis=1)
@@ -82,4 +83,4 @@ def test_steps_that_fall_short_of_the_path_count_as_they_are_sure() -> None:
     share = foot**2 / (foot**2 + path**2)
     found = centroidal_path(longer, detect_foot_contacts(true)).root_position
     length = np.linalg.norm(found[-1] - found[0]) / np.linalg.norm(true.root_position[-1] - true.root_position[0])
-    assert 1.0 + 0.1 * share - 0.02 < length < 1.1
+    assert 1.0 + 0.1 * share < length < 1.1
