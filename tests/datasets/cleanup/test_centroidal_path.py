@@ -73,8 +73,8 @@ def test_a_true_path_is_left_where_it_is() -> None:
 
 
 def test_steps_that_fall_short_of_the_path_count_as_they_are_sure() -> None:
-    # A path 10 % longer than the steps: at v its velocity is wrong by 0.05 + 0.2 v, that of a foot by 0.005 + 0.2 v. The share of the path's
-    # velocity is the least that it gets, as its place counts, too.
+    # A path 10 % longer than the steps: at v its velocity is wrong by 0.05 + 0.2 v, that of a foot by 0.005 + 0.2 v. The share of the
+    # path's velocity is the least that it gets, as its place counts, too.
     true = named("walk_1.39")
     longer = replace(true, root_position=true.root_position * np.array([1.1, 1.1, 1.0]))
     way = np.linalg.norm(np.diff(true.root_position[:, :2], axis=0), axis=1)
