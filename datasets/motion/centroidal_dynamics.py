@@ -4,6 +4,7 @@ import numpy as np
 
 from datasets.motion.humanoid import BODY_MASSES_KG, GRAVITY_M_S2
 
+MIN_HEIGHT_M = 0.3  # of the centre of mass over the centre of pressure: a body that lies, or stands on its hands, is no pendulum
 CARRIED_SHARE = 0.3  # of the weight, from which on the ground carries the body wholly; at none it flies
 
 
@@ -27,7 +28,7 @@ def pendulum_drive(centres: np.ndarray, pressure: np.ndarray, fps: float) -> tup
     force[1:-1] = (centres[2:] - 2.0 * centres[1:-1] + centres[:-2]) * fps**2
     force[..., 2] += GRAVITY_M_S2
     arm = centres - pressure[:, None]
-    total, height = np.einsum("b,tbc->tc", share, force), np.einsum("b,tb->t", share, arm[..., 2])
+    total, height = np.einsum("b,tbc->tc", share, force), np.maximum(np.einsum("b,tb->t", share, arm[..., 2]), MIN_HEIGHT_M)
     moment = np.einsum("b,tba->ta", share, force[..., 2:] * arm[..., :2] - force[..., :2] * arm[..., 2:]) / height[:, None]
     carried = np.clip(total[:, 2] / (CARRIED_SHARE * GRAVITY_M_S2), 0.0, 1.0)[:, None]
     return carried * moment - (1.0 - carried) * total[:, :2], np.maximum(total[:, 2], 0.0) / height
