@@ -6,9 +6,11 @@ its centre of mass is beside the centre of pressure, which lies within its soles
 (weighted linear least squares, as in a Kalman smoother) where each of these may be wrong by a standard deviation:
 
 - the body's equation of motion, an inverted pendulum that the soles near the ground carry (``pendulum_drive``);
-- the velocity over the ground of a foot that stands, the more so the faster it moves in the pelvis' frame, and how far its leg has to make
-  up for it within a stance;
+- the velocity over the ground of a foot that stands, the more so the faster it moves relative to the pelvis, and how far its leg has to
+  make up for it within a stance;
 - the velocity of the clip's own path, and its place.
+
+The ground is level: a foot that stands higher than the other one, as on a box, counts as bearing nothing.
 
 T frames, J stances, left and right foot.
 """
@@ -28,7 +30,7 @@ from datasets.motion.frame_spans import true_spans
 from datasets.motion.kinematics import body_poses, mass_centres, sole_points, support_steps
 
 # Standard deviations of what the path is made of, for each frame; only their ratios count. Those of velocities are one at rest [m/s], and
-# a share of the speed that adds to it: of the path's, and of the foot's in the pelvis' frame.
+# a share of the speed that adds to it: of the path's, and of the foot's relative to the pelvis.
 ACCELERATION_STD_M_S2 = 0.25  # of the equation of motion, beside where in the soles the centre of pressure is
 PATH_SPEED_STD = (0.05, 0.2)  # of the velocity of the clip's path
 PATH_PLACE_STD_M = 0.1  # of the path's place
@@ -53,7 +55,8 @@ def centroidal_path(motion: BodyMotion, contacts: np.ndarray, grounded: np.ndarr
     Args:
         motion: Clip whose root path is known roughly. It is returned as it is where no foot stands.
         contacts: Whether the left and the right foot stand, shape (T, 2).
-        grounded: Which frames are on level ground, shape (T,); all if None. In others something else than feet may carry the body.
+        grounded: Which frames are on level ground, shape (T,); all if None. In others something else than feet may carry
+            the body, as that of who lies or sits.
     """
     if not contacts.any() or len(motion) < 3:
         return motion
@@ -117,7 +120,7 @@ def _standing_foot(slides: np.ndarray, shift: _Matrix, stands: np.ndarray, own_s
         slides: How far it has slid in its stance [m], shape (T, 2).
         shift: The root's shift less the foothold's, shape (T, T + J).
         stands: Whether it stands, shape (T,).
-        own_speed: Its speed in the pelvis' frame [m/s], shape (T - 1,).
+        own_speed: Its speed relative to the pelvis [m/s], shape (T - 1,).
         fps: Frame rate [1/s].
     """
     still = np.flatnonzero(stands[1:] & stands[:-1])

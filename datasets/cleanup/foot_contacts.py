@@ -51,6 +51,7 @@ def drop_missed_steps(motion: BodyMotion, contacts: np.ndarray) -> np.ndarray:
 
     Two feet that stand do not move relative to each other, wherever the root goes. If they do, by ``MIN_STEP_M`` in one go, the one that
     goes farther under the clip's root does not stand.
+    All contacts are debounced, so that of a step quicker than ``MIN_CONTACT_GAP_S`` nothing is dropped.
 
     Args:
         motion: Clip with a root path.

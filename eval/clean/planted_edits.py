@@ -49,7 +49,7 @@ def _led_locally(own: BodyMotion, freed: BodyMotion, contacts: np.ndarray) -> Bo
 
     Args:
         own: The clip with the root that it has without edits.
-        freed: The same clip with the root that feet lead which are not said to be in the air.
+        freed: The same clip with the root that it has when feet which are said to be in the air do not stand.
         contacts: Contacts in frames in which a foot is said to stand, shape (T, 2); there the root follows them, nowhere else.
     """
     weights = (contacts[1:] & contacts[:-1]).astype(float)
