@@ -4,10 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from datasets.cleanup.centroidal_path import FOOT_SPEED_STD, PATH_SPEED_STD, centroidal_path
+from datasets.cleanup.centroidal_path import (
+    FOOT_SPEED_STD,
+    PATH_SPEED_STD,
+    SOLE_HEIGHT_SCALE_M,
+    _equation_of_motion,
+    _stances,
+    centroidal_path,
+)
 from datasets.cleanup.foot_contacts import detect_foot_contacts
+from datasets.motion.centroidal_dynamics import pendulum_drive
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import GRAVITY_M_S2
+from datasets.motion.kinematics import body_poses, mass_centres, sole_points, support_steps
 from datasets.synthetic.clips import synthetic_clips
 from tests.datasets.cleanup.test_foot_lock_offsets import crouching, sliding
 
@@ -84,3 +93,22 @@ def test_steps_that_fall_short_of_the_path_count_as_they_are_sure() -> None:
     found = centroidal_path(longer, detect_foot_contacts(true)).root_position
     length = np.linalg.norm(found[-1] - found[0]) / np.linalg.norm(true.root_position[-1] - true.root_position[0])
     assert 1.0 + 0.1 * share < length < 1.1
+
+
+def test_the_equation_of_motion_is_that_of_the_shifted_body() -> None:
+    # A body that is shifted, and whose standing feet are where their footholds are: what drives it then is what the equations leave.
+    true, rng = named("walk_1.39"), np.random.default_rng(0)
+    contacts, poses = detect_foot_contacts(true), body_poses(true)
+    centres, soles = mass_centres(*poses), sole_points(*poses)
+    slides, shifts = _stances(support_steps(soles)[..., :2], contacts)
+    slides += 0.02 * rng.normal(size=slides.shape) * contacts[..., None]
+    unknown = 0.02 * rng.normal(size=(shifts[0].shape[1], 2))
+    equations, _ = _equation_of_motion(centres, soles, slides, shifts, true.fps)
+    left = equations.right - equations.matrix @ unknown
+    centres[..., :2] += unknown[: len(true), None]
+    soles[..., :2] += (unknown[: len(true), None] - np.stack([shift @ unknown for shift in shifts], axis=1) - slides)[:, :, None]
+    heights = soles[..., 2] - soles[..., 2].min(axis=(1, 2), keepdims=True)
+    bears = np.exp(-((heights / SOLE_HEIGHT_SCALE_M) ** 2))
+    pressure = np.einsum("tfp,tfpc->tc", bears / bears.sum(axis=(1, 2), keepdims=True), soles)
+    drive, _ = pendulum_drive(centres, pressure, true.fps)
+    assert np.allclose(left, drive[1:-1], atol=1e-8)
