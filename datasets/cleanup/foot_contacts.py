@@ -36,8 +36,7 @@ def detect_foot_contacts(motion: BodyMotion) -> np.ndarray:
     """
     points = clip_sole_points(motion)
     velocities = linear_velocity(points, motion.fps)
-    smooth = uniform_filter1d(velocities, 2 * round(0.5 * VELOCITY_SMOOTHING_S * motion.fps) + 1, axis=0, mode="nearest")
-    speeds = np.linalg.norm(smooth, axis=-1)
+    speeds = np.linalg.norm(_averaged(velocities, motion.fps), axis=-1)
     heights = points[..., 2].min(axis=-1)
     slow = np.where(points[..., 2] < heights[..., None] + SUPPORT_POINT_MARGIN_M, speeds, np.inf).min(axis=-1) < MAX_CONTACT_SPEED_M_S
     above = heights - heights.min(axis=1, keepdims=True)
@@ -57,14 +56,18 @@ def drop_missed_steps(motion: BodyMotion, contacts: np.ndarray) -> np.ndarray:
         motion: Clip with a root path.
         contacts: Whether the left and the right foot are said to stand, shape (T, 2).
     """
-    window = 2 * round(0.5 * VELOCITY_SMOOTHING_S * motion.fps) + 1
-    steps = uniform_filter1d(support_steps(clip_sole_points(motion)), window, axis=0, mode="nearest")
+    steps = _averaged(support_steps(clip_sole_points(motion)), motion.fps)
     apart = np.append(np.linalg.norm(steps[:, 0] - steps[:, 1], axis=-1), 0.0)
     way, stands = np.linalg.norm(steps, axis=-1), contacts.copy()
     for start, stop in true_spans(contacts.all(axis=1) & (apart * motion.fps > MAX_CONTACT_SPEED_M_S)):
         if apart[start:stop].sum() > MIN_STEP_M:
             stands[start:stop, way[start:stop].sum(axis=0).argmax()] = False
     return debounce_contacts(stands, motion.fps)
+
+
+def _averaged(track: np.ndarray, fps: float) -> np.ndarray:
+    """Return the mean of a track (T, ...) over ``VELOCITY_SMOOTHING_S``."""
+    return uniform_filter1d(track, 2 * round(0.5 * VELOCITY_SMOOTHING_S * fps) + 1, axis=0, mode="nearest")
 
 
 def debounce_contacts(contacts: np.ndarray, fps: float) -> np.ndarray:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from datasets.motion.humanoid import BODY_MASSES_KG, GRAVITY_M_S2
+from datasets.motion.kinematics import linear_acceleration
 
 MIN_HEIGHT_M = 0.3  # of the centre of mass over the centre of pressure: a body that lies, or stands on its hands, is no pendulum
 CARRIED_SHARE = 0.3  # of the weight, from which on the ground carries the body wholly; at none it flies
@@ -24,8 +25,7 @@ def pendulum_drive(centres: np.ndarray, pressure: np.ndarray, fps: float) -> tup
         The drive [m/s^2], shape (T, 2), and k [1/s^2], not negative, zero in flight, shape (T,).
     """
     share = BODY_MASSES_KG / BODY_MASSES_KG.sum()
-    force = np.zeros_like(centres)
-    force[1:-1] = (centres[2:] - 2.0 * centres[1:-1] + centres[:-2]) * fps**2
+    force = linear_acceleration(centres, fps)
     force[..., 2] += GRAVITY_M_S2
     arm = centres - pressure[:, None]
     total, height = np.einsum("b,tbc->tc", share, force), np.maximum(np.einsum("b,tb->t", share, arm[..., 2]), MIN_HEIGHT_M)

@@ -17,7 +17,7 @@ from datasets.synthetic.footsteps import FeetTrack
 from datasets.synthetic.movement_style import draw_movement_style
 from tests.builders import posed
 
-NONE = np.zeros((60, 2), dtype=bool)
+BOTH = np.ones((60, 2), dtype=bool)
 
 
 def labels(text: str) -> np.ndarray:
@@ -148,8 +148,7 @@ def stepping(degrees: float, frames: int = 60) -> BodyMotion:
 
 def test_a_foot_that_steps_while_both_are_said_to_stand_does_not_stand() -> None:
     # A leg of 0.83 m and a foot that swing by 20 degrees within 0.2 s: their sole goes ahead by 30 cm at 1.5 m/s, a mean over five frames.
-    contacts = np.ones((60, 2), dtype=bool)
-    found = drop_missed_steps(stepping(20.0), contacts)
+    found = drop_missed_steps(stepping(20.0), BOTH)
     assert found[:, 0].all()
     assert not found[25:35, 1].any()
     assert found[:22, 1].all()
@@ -160,18 +159,18 @@ def test_which_foot_steps_is_told_by_the_root() -> None:
     # The root goes back by as much as the right foot ahead: it is the left one that moves.
     steps = stepping(20.0)
     ahead = 0.83 * np.sin(np.radians(20.0 * np.clip((np.arange(60) - 24) / 12, 0.0, 1.0)))
-    found = drop_missed_steps(replace(steps, root_position=steps.root_position - ahead[:, None] * np.array([1.0, 0.0, 0.0])), ~NONE)
+    found = drop_missed_steps(replace(steps, root_position=steps.root_position - ahead[:, None] * np.array([1.0, 0.0, 0.0])), BOTH)
     assert found[:, 1].all()
     assert not found[26:34, 0].any()
 
 
 def test_feet_that_shift_by_centimetres_or_go_with_the_root_keep_standing() -> None:
-    assert drop_missed_steps(stepping(4.0), ~NONE).all()  # 6 cm
+    assert drop_missed_steps(stepping(4.0), BOTH).all()  # 6 cm
     slides = moving(np.tile([2.0, 0.0, 0.0], (60, 1)))
-    assert drop_missed_steps(slides, ~NONE).all()
+    assert drop_missed_steps(slides, BOTH).all()
 
 
 def test_a_step_that_nobody_calls_a_contact_is_none_afterwards() -> None:
-    contacts = ~NONE
+    contacts = BOTH.copy()
     contacts[20:40, 1] = False
     assert np.array_equal(drop_missed_steps(stepping(20.0), contacts), contacts)

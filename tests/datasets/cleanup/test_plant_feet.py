@@ -8,6 +8,7 @@ import pytest
 from datasets.cleanup.foot_contacts import detect_foot_contacts
 from datasets.cleanup.hip_sinking import MAX_SINKING_M
 from datasets.cleanup.plant_feet import hold_feet, plant_feet
+from datasets.motion.clip import BodyMotion
 from datasets.motion.kinematics import body_poses, sole_points
 from datasets.synthetic.clips import synthetic_clips
 from eval.metrics.root_path import distance_ratio
@@ -15,6 +16,11 @@ from tests.builders import STANDING, posed
 from tests.datasets.cleanup.test_foot_lock_offsets import crouching, sliding
 
 BOTH = np.ones((31, 2), dtype=bool)
+
+
+def knees_of(motion: BodyMotion) -> np.ndarray:
+    """Return the angles of the left and the right knee [rad], shape (T, 2)."""
+    return 2.0 * np.arctan2(motion.local_rotations[:, [13, 17], 2], motion.local_rotations[:, [13, 17], 0])
 
 
 def test_feet_keep_still_while_they_stand_and_the_way_keeps_its_length() -> None:
@@ -61,7 +67,7 @@ def test_hips_sink_where_legs_are_too_short_to_hold_their_feet() -> None:
     assert 0.008 < sunk[0, 2] < 0.0105
     assert sunk[30, 2] == 0.0
     assert np.abs(np.diff(sole_points(*body_poses(held)), axis=0)).max() < 1e-4
-    knees = 2.0 * np.arctan2(held.local_rotations[:, [13, 17], 2], held.local_rotations[:, [13, 17], 0])
+    knees = knees_of(held)
     assert knees.min() > np.radians(10.0)  # half of what it lacked is left, and so more than 0.7 of 20 degrees
     assert np.abs(np.diff(knees, n=2, axis=0)).max() * 60.0**2 < 30.0
 
@@ -69,7 +75,7 @@ def test_hips_sink_where_legs_are_too_short_to_hold_their_feet() -> None:
 def test_a_foot_out_of_reach_stays_short_of_its_place_without_a_straight_knee() -> None:
     slides = sliding(crouching(121, knee=20.0), (0.4, 0.0, 0.0))  # 40 cm away at both ends
     held = hold_feet(slides, np.ones((121, 2), dtype=bool))
-    knees = 2.0 * np.arctan2(held.local_rotations[:, [13, 17], 2], held.local_rotations[:, [13, 17], 0])
+    knees = knees_of(held)
     assert knees.min() > 0.0
     assert np.abs(np.diff(knees, axis=0)).max() * 60.0 < 2.0  # rad/s; a knee that popped straight would turn by 0.35 rad in a frame
     assert (slides.root_position - held.root_position)[:, 2].max() == pytest.approx(MAX_SINKING_M)
