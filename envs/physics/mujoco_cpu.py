@@ -1,7 +1,8 @@
 """Physics on the CPU: MuJoCo's native batch of simulations on a pool of threads.
 
 After ``mj_step`` the poses of bodies lag one engine step behind the new state. So one batch simulates, and another one without
-contacts and other constraints measures the bodies in its states; measuring in the first would begin the next step as well.
+contacts and other constraints measures the bodies in its states, once somebody asks for them; measuring in the first would begin the next
+step as well.
 """
 
 import ctypes
@@ -59,6 +60,7 @@ class CpuPhysics:
         self._moved = slice(mujoco.mj_stateSize(self.model, _MOVED))
         self._build_batches()
         self._fresh = self._batch.state[0].copy()  # a world without warm start of the solver
+        self._is_stale = np.ones(worlds, dtype=bool)  # whether the bodies of each world were not measured in its state
 
     def _build_batches(self) -> None:
         """Build the engine's batches, with threads of this process."""
@@ -80,7 +82,6 @@ class CpuPhysics:
         self._build_batches()
         self._batch.state[:] = state
         self._copy_motion()
-        self._measure()
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copy and pickle the model and the state of the worlds; the engine's batches are built anew."""
@@ -93,7 +94,11 @@ class CpuPhysics:
         self._qpos[worlds] = pose
         self._qvel[worlds] = vel
         self._copy_motion(worlds)
-        self._measure(worlds)
+
+    def move(self, pose: np.ndarray, vel: np.ndarray) -> None:
+        """Put all worlds into states (N, 50) and (N, 49) near their own: the solver begins with the forces that they have now."""
+        self._qpos[:], self._qvel[:] = pose, vel
+        self._copy_motion()
 
     def step(self, targets: np.ndarray) -> np.ndarray:
         """Advance one control step; see ``Physics.step``."""
@@ -105,7 +110,6 @@ class CpuPhysics:
         if failed.any():  # put back to the origin: no number of an exploded world may leave this class
             self._batch.state[failed] = self._fresh
             self._copy_motion(failed)
-        self._measure()
         return failed
 
     def _advance(self) -> None:
@@ -115,10 +119,15 @@ class CpuPhysics:
     def _copy_motion(self, worlds: np.ndarray | slice = _ALL) -> None:
         """Copy the positions and velocities of worlds to the batch that measures."""
         self._measuring_batch.state[worlds, self._moved] = self._batch.state[worlds, self._moved]
+        self._is_stale[worlds] = True
 
-    def _measure(self, worlds: np.ndarray | None = None) -> None:
-        """Measure the bodies of worlds, of all by default, in the states last copied."""
-        self._measuring_batch.forward(worlds, stage=mujoco.mjtStage.mjSTAGE_VEL)
+    def _measure(self) -> None:
+        """Measure the bodies of the worlds whose states changed."""
+        if self._is_stale.any():
+            self._follow_fork()
+            worlds = None if self._is_stale.all() else np.flatnonzero(self._is_stale)
+            self._measuring_batch.forward(worlds, stage=mujoco.mjtStage.mjSTAGE_VEL)
+            self._is_stale[:] = False
 
     def set_root_wrench(self, wrench: np.ndarray) -> None:
         """Set the force and torque on the pelvis; see ``Physics.set_root_wrench``."""
@@ -126,6 +135,7 @@ class CpuPhysics:
 
     def bodies(self, worlds: np.ndarray | slice = _ALL) -> BodyState:
         """Return the bodies of worlds, of all by default; see ``Physics.bodies``."""
+        self._measure()
         three = 3 * BODY_COUNT
         sensed = self._sensors[worlds].astype(np.float32)
         by_entry = (
@@ -161,7 +171,6 @@ class CpuPhysics:
         self._follow_fork()
         self._batch.state[:] = state
         self._copy_motion()
-        self._measure()
 
 
 class RecordingPhysics(CpuPhysics):

@@ -23,7 +23,8 @@ from eval.benchmark.peers.bare_mujoco import BareBatch, ControlRecorder
 from eval.benchmark.timing.interleaved import BenchmarkCase, BenchmarkResult, interleave, torch_threads
 from eval.clean.edits import PHYSICS
 from eval.clean.pipeline import CleaningPipeline
-from eval.clean.samcon import BEST, FAST, QUALITIES, SamconSearch, Simulator
+from eval.clean.quality import BEST, FAST, GOOD, QUALITIES, SearchSettings, Simulator
+from eval.clean.samcon import SamconSearch
 from eval.clean.stages import repair_kinematically
 
 CLIP_S = 6  # duration of the clip
@@ -61,7 +62,7 @@ def benchmark_clean(motions: str, rounds: int, after_round: Callable[[], None] =
     Raises:
         InputError: If the source holds no clip of six seconds.
     """
-    return measure_clean(CleaningPipeline.load(available_cores()), faulty_clip(motions), rounds, after_round)
+    return measure_clean(CleaningPipeline.load(available_cores(), search=QUALITIES[FAST]), faulty_clip(motions), rounds, after_round)
 
 
 def faulty_clip(motions: str) -> BodyMotion:
@@ -79,7 +80,7 @@ def faulty_clip(motions: str) -> BodyMotion:
 def measure_clean(
     cleaner: CleaningPipeline, clip: BodyMotion, rounds: int, after_round: Callable[[], None] = lambda: None
 ) -> BenchmarkResult:
-    """Return the rates for a cleaning pipeline and a clip at 60 fps on level ground."""
+    """Return the rates for a cleaning pipeline that searches and a clip at 60 fps on level ground."""
     bvh = to_humanoid_bvh(clip)
     repaired = repair_kinematically(retarget(performer_clip_from_bvh(bvh, clip.name)).motion, [])
 
@@ -92,9 +93,11 @@ def measure_clean(
 
     simulator = cleaner.simulator
     assert simulator is not None
+    settings = simulator.search
+    assert isinstance(settings, SearchSettings)
 
     def search() -> float:
-        _search(simulator, repaired)
+        _search(simulator, settings, repaired)
         return clip.seconds
 
     def of_quality(quality: str) -> CleaningPipeline:
@@ -102,10 +105,12 @@ def measure_clean(
 
     plural = f"{simulator.threads} thread{'s' * (simulator.threads > 1)}"
     cases = [
-        BenchmarkCase(OURS, f"ours, {plural}: BVH to BVH, of {clip.seconds:g} s; 1 is real time", cleaning(cleaner), limit=LIMIT),
-        BenchmarkCase(SEARCH, f"the {simulator.search.num_samples} humanoids with policy, observation and choice", search, limit=LIMIT),
-        _bare(simulator, repaired),
-        *(BenchmarkCase(f"quality {quality}", f"--quality {quality}", cleaning(of_quality(quality))) for quality in (FAST, BEST)),
+        BenchmarkCase(
+            OURS, f"--quality {FAST}, {plural}: BVH to BVH, of {clip.seconds:g} s; 1 is real time", cleaning(cleaner), limit=LIMIT
+        ),
+        BenchmarkCase(SEARCH, f"the {settings.num_samples} humanoids with policy, observation and choice", search, limit=LIMIT),
+        _bare(simulator, settings, repaired),
+        *(BenchmarkCase(f"quality {quality}", f"--quality {quality}", cleaning(of_quality(quality))) for quality in (GOOD, BEST)),
         BenchmarkCase(NO_PHYSICS, "the same cleaning without the simulation", cleaning(cleaner.without([PHYSICS]))),
     ]
     with torch_threads(simulator.threads):
@@ -113,20 +118,20 @@ def measure_clean(
     return BenchmarkResult("clean", "seconds of clip/s", cases, rates, OURS)
 
 
-def _search(simulator: Simulator, clip: BodyMotion, physics: RecordingPhysics | None = None) -> None:
+def _search(simulator: Simulator, settings: SearchSettings, clip: BodyMotion, physics: RecordingPhysics | None = None) -> None:
     """Run the SAMCON search over a clip, segment by segment."""
-    samcon = SamconSearch(simulator, clip)
+    samcon = SamconSearch(simulator, settings, clip)
     if physics:
         samcon._env.physics = samcon._physics = physics
     for _ in samcon.segments():
         pass
 
 
-def _bare(simulator: Simulator, clip: BodyMotion) -> BenchmarkCase:
+def _bare(simulator: Simulator, settings: SearchSettings, clip: BodyMotion) -> BenchmarkCase:
     """Return the case of bare MuJoCo on the search's states and controls, recorded once: they are always the same."""
-    size = simulator.search.num_samples, simulator.threads
+    size = settings.num_samples, simulator.threads
     recorder = SamconRecorder(*size)
-    _search(simulator, clip, recorder)
+    _search(simulator, settings, clip, recorder)
     bare = BareSamcon(recorder, *size)
 
     def run() -> float:

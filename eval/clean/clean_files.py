@@ -17,9 +17,9 @@ from eval.clean.edits_file import edits_path, read_edits
 from eval.clean.output_names import page_name, pair_inputs_with_outputs
 from eval.clean.pipeline import CleaningPipeline
 from eval.clean.progress import REPORTING, CleaningProgress, expected_seconds
+from eval.clean.quality import QUALITIES
 from eval.clean.report import write_clip_report, write_folder_report
 from eval.clean.result import CleaningResult
-from eval.clean.samcon import QUALITIES
 from eval.pages.output_files import check_writable, reporting_write_errors
 
 

@@ -20,7 +20,7 @@ from eval.clean.console_output import ConsoleOutput
 from eval.clean.edits import STAGES
 from eval.clean.event_output import EventOutput
 from eval.clean.pipeline import CleaningPipeline
-from eval.clean.samcon import GOOD, QUALITIES
+from eval.clean.quality import GOOD, QUALITIES
 from eval.clean.watch import watch_folder
 from eval.pages.output_files import check_writable
 from trainers.runs.run_log import make_console
@@ -52,7 +52,7 @@ def main(arguments: list[str] | None = None, prog: str = "python -m eval.clean")
     parser.add_argument(
         "--quality",
         choices=QUALITIES,
-        help=f"how long the simulation searches: on two cores about the clip's length, three or ten times as long (default {GOOD})",
+        help=f"how long the simulation takes: on two cores about the clip's length, three or ten times as long (default {GOOD})",
     )
     parser.add_argument("--threads", type=int, metavar="N", default=available_cores(), help="cores to use (default: all, %(default)s here)")
     parser.add_argument("--json", action="store_true", help="write events to standard output, one JSON object a line, and nothing else")

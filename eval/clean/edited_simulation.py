@@ -10,7 +10,8 @@ import numpy as np
 from datasets.motion.clip import BodyMotion
 from datasets.motion.frame_spans import true_spans
 from eval.clean.apply_edits import share_beside
-from eval.clean.samcon import QUALITIES, SearchSettings, Segment, Simulator
+from eval.clean.quality import QUALITIES, SimulationSettings, Simulator
+from eval.clean.segment import Segment
 from eval.clean.simulate_clip import RESTART_FADE_S, SimulatedClip, blend_segments, cut_segments, search_segments
 
 
@@ -40,7 +41,7 @@ class SearchMemory:
             self._searches.popitem(last=False)
 
 
-def _key(settings: SearchSettings, clip: BodyMotion) -> bytes:
+def _key(settings: SimulationSettings, clip: BodyMotion) -> bytes:
     digest = blake2b(repr((settings, clip.fps)).encode())
     for track in (clip.root_position, clip.local_rotations):
         digest.update(np.ascontiguousarray(track).tobytes())
@@ -77,7 +78,7 @@ class EditedSimulation:
         if not segments or left.all():
             return None
         limit = 1.0 - share_beside(left, RESTART_FADE_S * part.fps) if left.any() else None
-        return blend_segments(part, segments, fade_ends, limit)
+        return blend_segments(part, segments, simulator.search.assist_force_bw, fade_ends, limit)
 
     def _segments(
         self, simulator: Simulator, frames: slice, part: BodyMotion, after_frames: Callable[[int], None]

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, fields, replace
 from configs.errors import InputError, require
 from datasets.motion.humanoid import BODY_NAMES, split_side
 from datasets.performer.reading_options import ReadingOptions
-from eval.clean.samcon import QUALITIES
+from eval.clean.quality import QUALITIES
 
 RESTORE, PHYSICS = "restore", "physics"
 STAGES = (RESTORE, PHYSICS)  # that can be left out

@@ -12,8 +12,8 @@ from datasets.motion.clip import BodyMotion
 from datasets.performer.reading_options import ReadingOptions
 from eval.clean.edits import PHYSICS, RESTORE, Edits
 from eval.clean.progress import WRITING
+from eval.clean.quality import GOOD, QUALITIES, SimulationSettings, Simulator
 from eval.clean.result import CleaningResult
-from eval.clean.samcon import GOOD, QUALITIES, SearchSettings, Simulator
 from eval.clean.session import CleaningSession
 from trainers.algorithms.policy_file import load_policy
 
@@ -31,7 +31,7 @@ class CleaningPipeline:
     restorer: RestoreModel | None = None
 
     @classmethod
-    def load(cls, threads: int, path: Path = PRETRAINED_POLICY, search: SearchSettings | None = None) -> Self:
+    def load(cls, threads: int, path: Path = PRETRAINED_POLICY, search: SimulationSettings | None = None) -> Self:
         """Return the pipeline with the policy of a file, the package's by default, and the package's restoring network.
 
         Args:

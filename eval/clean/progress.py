@@ -7,7 +7,7 @@ that of the stages before.
 from collections.abc import Callable, Mapping
 from time import monotonic
 
-from eval.clean.samcon import SearchSettings
+from eval.clean.quality import OptimisationSettings, SimulationSettings
 
 READING, RETARGETING, RESTORING, ROOT, REPAIRING = "reading", "retargeting", "restoring poses", "finding the root", "repairing"
 SIMULATING, TRANSFERRING, COMPARING = "simulating", "holding feet", "comparing with the recording"
@@ -17,13 +17,14 @@ _USUAL_COSTS = {
     READING: 0.004, RETARGETING: 0.013, RESTORING: 0.006, ROOT: 0.003, REPAIRING: 0.015, SIMULATING: 0.013, TRANSFERRING: 0.014,
     COMPARING: 0.005, WRITING: 0.014,
 }  # fmt: skip
-_SAMPLE_COST = 0.0062  # seconds for a second of motion, of one sample of the simulation on one core
+_SAMPLE_COST = 0.0062  # seconds for a second of motion, of one sample of the search on one core
+_PASS_COST, _USUAL_PASSES = 1.3, 5.0  # the same of a pass of the optimisation; as many are made, if they may be
 _REPORT_COST, _FILM_S = 0.04, 5.0  # seconds for a second of motion, and for the film, which is of one length
 _BYTES_PER_SECOND = 5e4  # of a file, for a second of motion: about, as the file says it only once it is read
 _MIN_STAGE_SHARE = 0.02  # of a stage, from which on its own pace is believed
 
 
-def expected_seconds(file_size: int, search: SearchSettings | None, threads: int, report: bool) -> dict[str, float]:
+def expected_seconds(file_size: int, search: SimulationSettings | None, threads: int, report: bool) -> dict[str, float]:
     """Return the usual time of each stage of a cleaning in their order [s].
 
     Args:
@@ -34,8 +35,15 @@ def expected_seconds(file_size: int, search: SearchSettings | None, threads: int
     """
     motion = file_size / _BYTES_PER_SECOND
     expected = {stage: cost * motion for stage, cost in _USUAL_COSTS.items()}
-    expected[SIMULATING] += _SAMPLE_COST * search.num_samples / threads * motion if search else 0.0
+    expected[SIMULATING] += simulation_cost(search) / threads * motion if search else 0.0
     return expected | ({REPORTING: _REPORT_COST * motion + _FILM_S} if report else {})
+
+
+def simulation_cost(search: SimulationSettings) -> float:
+    """Return the usual time that the simulation takes on one core, for a second of motion [s]."""
+    if isinstance(search, OptimisationSettings):
+        return _PASS_COST * min(search.max_passes, _USUAL_PASSES)
+    return _SAMPLE_COST * search.num_samples
 
 
 class CleaningProgress:

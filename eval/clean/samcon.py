@@ -7,27 +7,26 @@ Kitani 2020).
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import NamedTuple, cast
 
 import numpy as np
 import torch
 from gymnasium.vector import AutoresetMode
 
-from agents.policy.policy import Policy
 from datasets.library.motion_library import MotionLibrary, Observed
 from datasets.motion.body_state import BodyState
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_NAMES, HEAD_BODY, HINGE_COUNT, HINGES
 from envs.mimic.episode_metrics import body_error
 from envs.mimic.root_assist import BODY_WEIGHT_N
-from envs.mimic.spec import MimicSpec
 from envs.physics.engine_interface import FRAMES_PER_STEP
+from envs.physics.generalised_coordinates import POSE_SIZE, VELOCITY_SIZE
 from envs.physics.mujoco_cpu import RecordingPhysics
 from envs.vector_env import AdaptMimicVectorEnv
 from eval.clean.controllers import Controllers, change_controllers, draw_controllers
+from eval.clean.quality import SearchSettings, Simulator
+from eval.clean.segment import Segment
 
-POSE_SIZE, VELOCITY_SIZE = 7 + HINGE_COUNT, 6 + HINGE_COUNT  # of a free root and the hinges
 WINDOWS_BETWEEN_PRUNINGS = 30  # a second of the clip
 SCORE_DECAY = 0.95  # of rewards by their age; the critic's value ahead is a mean reward a step and weighs as much as one
 MAX_POSE_ERROR_M = 0.2  # mean distance of the bodies from the reference's, roots aligned, beyond which a sample is dropped
@@ -37,88 +36,28 @@ COM_ERROR_WEIGHT, COM_SPEED_ERROR_WEIGHT, HEAD_ERROR_WEIGHT, POSE_ERROR_WEIGHT =
 _UNCORRECTED = ("collar", "upper_arm", "forearm", "hand")
 
 
-@dataclass(frozen=True)
-class SearchSettings:
-    """Settings of the search; what the defaults were chosen by stands in docs/cleaning.md.
-
-    Attributes:
-        num_samples: Number of simulated worlds.
-        num_survivors: Number of samples that are kept at each selection; the first copy of each goes on without noise.
-        residual_shares: Smallest and largest share of the policy's residuals in the samples' controllers: the policy lasts but does not
-            aim, so that all of a residual moves joints further off than none.
-        virtual_share: Share of the controllers whose legs exert the virtual model's forces.
-        steps_per_window: Control steps from one selection to the next.
-        max_noise_std: Largest standard deviation of the noise on a sample's actions; each has its own in each control step, from 0 on, so
-            that some stay near to what is easy to follow and some catch a fall.
-        assist_force_bw: Largest force on the pelvis towards the clip [body weights]: what a handrail gives; 0 is none.
-    """
-
-    num_samples: int = 192
-    num_survivors: int = 48
-    residual_shares: tuple[float, float] = (0.0, 0.5)
-    virtual_share: float = 0.5
-    steps_per_window: int = 1
-    max_noise_std: float = 0.4
-    assist_force_bw: float = 0.1
-
-
-FAST, GOOD, BEST = "fast", "good", "best"
-QUALITIES = {
-    FAST: SearchSettings(),
-    GOOD: SearchSettings(num_samples=768, num_survivors=192),
-    BEST: SearchSettings(num_samples=2048, num_survivors=512),
-}
-
-
-@dataclass(frozen=True)
-class Simulator:
-    """Whatever simulates clips.
-
-    Attributes:
-        policy: Policy that the search follows.
-        spec: Variant of the mimicking task that it was trained for.
-        threads: Native threads.
-        search: Settings of the search.
-    """
-
-    policy: Policy
-    spec: MimicSpec
-    threads: int
-    search: SearchSettings
-
-
-class Segment(NamedTuple):
-    """Uninterrupted simulation of n frames.
-
-    Attributes:
-        start: Frame of the clip at which it begins.
-        poses: Generalised positions, shape (n, 50).
-        velocities: Generalised velocities, shape (n, 49).
-        targets: PD targets of the motors [rad], shape (n, 43).
-        assist: Force that helped on the pelvis [body weights], shape (n,).
-    """
-
-    start: int
-    poses: np.ndarray
-    velocities: np.ndarray
-    targets: np.ndarray
-    assist: np.ndarray
-
-
 class SamconSearch:
     """Simulates one clip, segment after segment."""
 
-    def __init__(self, simulator: Simulator, clip: BodyMotion, seed: int = 0, after_frames: Callable[[int], None] = lambda _: None) -> None:
+    def __init__(
+        self,
+        simulator: Simulator,
+        settings: SearchSettings,
+        clip: BodyMotion,
+        seed: int = 0,
+        after_frames: Callable[[int], None] = lambda _: None,
+    ) -> None:
         """Build the vector env with one clip.
 
         Args:
-            simulator: Policy, whose actions are the means of the samples, and settings.
+            simulator: Policy, whose actions are the means of the samples.
+            settings: Settings of the search.
             clip: Reference clip at 60 fps.
             seed: Seed of the action noise.
             after_frames: Called with the number of frames that were simulated after each window.
         """
         self._after_frames = after_frames
-        self._policy, self._settings, self._frames = simulator.policy, simulator.search, len(clip)
+        self._policy, self._settings, self._frames = simulator.policy, settings, len(clip)
         self._env = AdaptMimicVectorEnv(
             MotionLibrary.from_clips([clip]),
             self._settings.num_samples,

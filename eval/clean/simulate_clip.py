@@ -1,4 +1,4 @@
-"""Simulates a whole clip: segments of the search one after the other, blended into the clip by how near they stay to it."""
+"""Simulates a whole clip: segments of simulation one after the other, blended into the clip by how near they stay to it."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -14,8 +14,12 @@ from datasets.motion.humanoid import rotations_from_hinges
 from datasets.motion.rotation import normalise
 from datasets.motion.smoothing import smooth_motion
 from envs.physics.engine_interface import FRAMES_PER_STEP
+from eval.clean.apply_edits import share_beside
+from eval.clean.optimisation.receding_horizon import TrajectoryOptimiser
+from eval.clean.quality import OptimisationSettings, Simulator
 from eval.clean.result import SIMULATED_CONFIDENCE
-from eval.clean.samcon import SamconSearch, Segment, Simulator
+from eval.clean.samcon import SamconSearch
+from eval.clean.segment import Segment
 from eval.metrics.artefact_tracks import distances_local
 from eval.metrics.ground_reaction import contacts_from_loads, foot_loads
 
@@ -23,7 +27,8 @@ from eval.metrics.ground_reaction import contacts_from_loads, foot_loads
 FULL_CONFIDENCE_ERROR_M, ZERO_CONFIDENCE_ERROR_M = 0.02, 0.05
 DRIFT_CORRECTION_STD_S = 1.0  # of the Gaussian mean by which the simulated path is led back to the clip's
 CONFIDENCE_SMOOTHING_STD_S = 0.1  # of the Gaussian mean of the confidence
-RESTART_FADE_S = 0.15  # before and after each restart, where the simulation jumps or ends, and confidence is faded out and in
+RESTART_FADE_S = 0.15  # before and after each restart, where the simulation jumps or ends, and where it needed more help than is allowed
+_ROUNDING_BW = 1e-6  # of forces in single precision
 
 
 class SimulatedClip(NamedTuple):
@@ -55,25 +60,29 @@ def simulate_clip(
     fade_ends: tuple[bool, bool] = (False, False),
     after_frames: Callable[[int], None] = lambda _: None,
 ) -> SimulatedClip:
-    """Simulate a clip by SAMCON search and blend the result into it.
+    """Simulate a clip and blend the result into it.
 
     Args:
-        simulator: Policy and settings of the search.
+        simulator: Policy and settings of the simulation.
         clip: Clip on level ground, at 60 fps.
         fade_ends: Whether frames without simulation come before the clip, and after it.
         after_frames: Called with the number of frames that were simulated, again and again.
     """
-    return blend_segments(clip, search_segments(simulator, clip, after_frames), fade_ends)
+    return blend_segments(clip, search_segments(simulator, clip, after_frames), simulator.search.assist_force_bw, fade_ends)
 
 
 def search_segments(simulator: Simulator, clip: BodyMotion, after_frames: Callable[[int], None] = lambda _: None) -> list[Segment]:
     """Return the simulation of a clip, which may go on for a frame after its end; arguments are those of ``simulate_clip``."""
-    return list(SamconSearch(simulator, _padded(clip), after_frames=after_frames).segments())
+    clip, settings = _padded(clip), simulator.search
+    if isinstance(settings, OptimisationSettings):
+        return list(TrajectoryOptimiser(clip, settings, simulator.threads, after_frames).segments())
+    return list(SamconSearch(simulator, settings, clip, after_frames=after_frames).segments())
 
 
 def blend_segments(
     clip: BodyMotion,
     segments: Sequence[Segment],
+    max_assist_bw: float,
     fade_ends: tuple[bool, bool] = (False, False),
     limit: np.ndarray | None = None,
 ) -> SimulatedClip:
@@ -82,6 +91,7 @@ def blend_segments(
     Args:
         clip: Clip on level ground, at 60 fps, T frames.
         segments: Its simulation, from ``search_segments``.
+        max_assist_bw: Largest force on the pelvis [body weights] with which a frame counts as physics.
         fade_ends: Whether frames without simulation come before the clip, and after it.
         limit: Largest share of the simulation in each frame, shape (T,); 1 if None.
     """
@@ -94,6 +104,7 @@ def blend_segments(
     segment_starts = [segment.start for segment in segments]
     ends = [*([-1] if fade_ends[0] else []), *([len(clip)] if fade_ends[1] else [])]
     confidence = _confidence(simulated, padded, [*segment_starts[1:], *ends])
+    confidence *= 1.0 - share_beside(assist > max_assist_bw + _ROUNDING_BW, RESTART_FADE_S * padded.fps)
     if limit is not None:
         confidence *= np.append(limit, limit[-1:])[: len(padded)]
     blended = smooth_motion(_blend(padded, simulated, confidence, segment_starts))  # the search's noise shakes the joints

@@ -15,8 +15,8 @@ from datasets.motion.smoothing import smooth_motion
 from envs.physics.overlap_memory import OverlapMemory
 from envs.physics.self_collision import remove_self_penetration
 from eval.clean.planted_edits import plant_edited_feet
+from eval.clean.quality import Simulator
 from eval.clean.result import SIMULATED_CONFIDENCE
-from eval.clean.samcon import Simulator
 from eval.clean.simulate_clip import SimulatedClip, simulate_clip, without_simulation
 
 MIN_SIMULATED_FRAMES = 60  # of a span that is worth simulating

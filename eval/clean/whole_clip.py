@@ -17,8 +17,8 @@ from eval.clean.apply_edits import frames_of_quality, frames_without
 from eval.clean.believed_root import LocatedRoot, locate_root
 from eval.clean.edited_simulation import EditedSimulation, SearchMemory
 from eval.clean.edits import PHYSICS, RESTORE, Edits
+from eval.clean.quality import QUALITIES, Simulator
 from eval.clean.restored_poses import RestoredPoses, restore_clip
-from eval.clean.samcon import QUALITIES, Simulator
 from eval.clean.simulate_clip import SimulatedClip
 from eval.clean.solved_stages import PlacedRecording
 from eval.clean.stages import simulate_grounded_spans

@@ -7,8 +7,8 @@ import viser
 
 from eval.clean.edits import PHYSICS, RESTORE
 from eval.clean.misalignments import Misalignment
+from eval.clean.quality import GOOD, QUALITIES
 from eval.clean.result import CleaningResult
-from eval.clean.samcon import GOOD, QUALITIES
 from eval.studio.page.host import Host
 
 

@@ -7,7 +7,7 @@ import viser
 
 from datasets.motion.clip import FPS
 from eval.clean.edits import FEET, PHYSICS, RESTORE, Edits, SpanEdit
-from eval.clean.samcon import QUALITIES
+from eval.clean.quality import QUALITIES
 from eval.studio.page.host import Host
 from eval.studio.state.contact_bars import with_contact, without_edits_in
 

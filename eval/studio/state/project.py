@@ -15,8 +15,8 @@ from eval.clean.edits import PHYSICS, Edits
 from eval.clean.edits_file import edits_path, read_edits, write_edits
 from eval.clean.pipeline import CleaningPipeline
 from eval.clean.progress import COMPARING, SIMULATING, TRANSFERRING, expected_seconds
+from eval.clean.quality import GOOD, QUALITIES
 from eval.clean.result import CleaningResult
-from eval.clean.samcon import GOOD, QUALITIES
 from eval.clean.session import CleaningSession
 from eval.studio.state.contact_bars import ContactTrack
 from eval.studio.state.edit_history import EditHistory

@@ -9,7 +9,7 @@ from agents.weights.pretrained import PRETRAINED_POLICY, load_pretrained_restore
 from configs.process_pool import available_cores
 from eval.clean.edits import PHYSICS, RESTORE
 from eval.clean.pipeline import CleaningPipeline
-from eval.clean.samcon import GOOD, QUALITIES, Simulator
+from eval.clean.quality import GOOD, QUALITIES, Simulator
 from eval.evaluation_recordings import IMU_SUIT_CLIPS, TEST_FOLDERS, check_recordings
 from eval.study.clean.case_results import case_result, pipeline_key
 from eval.study.clean.cases import CaseResult, all_cases

@@ -1,4 +1,4 @@
-"""Search study: controllers, steps per window and assist of the SAMCON search, on clean clips of unseen performers.
+"""Search study: controllers, steps per window and assist of the SAMCON search, and the optimisation, on clean clips of unseen performers.
 
 The measures are of the simulated motion alone, before it is blended into the clip.
 """
@@ -18,8 +18,8 @@ from datasets.library.sources import load_clips
 from datasets.motion.clip import FPS, BodyMotion
 from envs.mimic.spec import MimicSpec
 from envs.physics.engine_interface import FRAMES_PER_STEP
-from eval.clean.samcon import GOOD, QUALITIES, SamconSearch, SearchSettings, Simulator
-from eval.clean.simulate_clip import write_segments
+from eval.clean.quality import FAST, GOOD, QUALITIES, SearchSettings, SimulationSettings, Simulator
+from eval.clean.simulate_clip import search_segments, write_segments
 from eval.clean.stages import repair_kinematically
 from eval.evaluation_recordings import TEST_CLIPS
 from eval.metrics.artefact_tracks import distances_local
@@ -29,7 +29,7 @@ from trainers.algorithms.policy_file import load_policy
 from trainers.runs.run_log import make_console
 
 SEARCH_VARIANTS = {  # by name of the rows
-    "in use": SearchSettings(),
+    "in use": QUALITIES[FAST],
     **{f"residual {share:g}": SearchSettings(residual_shares=(share, share), virtual_share=0.0) for share in (0.0, 0.25, 0.5, 0.75, 1.0)},
     **{f"virtual, residual {share:g}": SearchSettings(residual_shares=(share, share), virtual_share=1.0) for share in (0.0, 0.25, 0.5)},
     "a choice in 3 steps": SearchSettings(steps_per_window=3),
@@ -86,10 +86,10 @@ def search_study(data: Path, out: Path) -> Study:
     return Study({"study": "search", "rows": rows, "findings": _findings(found)}, groups)
 
 
-def measure_search(policy: Policy, spec: MimicSpec, clip: BodyMotion, variant: SearchSettings) -> Values:
-    """Return the measures of a variant of the SAMCON search on a repaired clip."""
+def measure_search(policy: Policy, spec: MimicSpec, clip: BodyMotion, variant: SimulationSettings) -> Values:
+    """Return the measures of a variant of the simulation on a repaired clip."""
     clip = clip if len(clip) % FRAMES_PER_STEP else clip.cut(0, len(clip) - 1)  # so that the last control step ends in the last frame
-    segments = list(SamconSearch(Simulator(policy, spec, THREADS, variant), clip).segments())
+    segments = search_segments(Simulator(policy, spec, THREADS, variant), clip)
     simulated = write_segments(clip, segments)
     contacts = detect_foot_contacts(clip)
     contacts[[segment.start for segment in segments[1:]]] = False  # from one segment to the next the motion jumps, which is no slide

@@ -14,7 +14,7 @@ from eval.benchmark import clean as benchmark_clean
 from eval.benchmark import cli as benchmark
 from eval.benchmark.clean import BareSamcon, SamconRecorder, faulty_clip, measure_clean
 from eval.clean.pipeline import CleaningPipeline
-from eval.clean.samcon import SearchSettings, Simulator
+from eval.clean.quality import SearchSettings, Simulator
 from tests.builders import as_bvh, posed
 from tests.envs.states import swaying
 from tests.eval.clean.clean_parts import shrink_search
@@ -49,7 +49,7 @@ def test_benchmark_writes_its_figures(
     assert found["limit"] == found["rows"]["bare MuJoCo"]["rate"]
     assert found["ratios"] == {"limit": found["rows"]["clean"]["ratio"]}
     limits = {"clean": "bare MuJoCo", "search alone": "bare MuJoCo", "bare MuJoCo": None}
-    limits |= {"quality fast": None, "quality best": None, "no physics": None}
+    limits |= {"quality good": None, "quality best": None, "no physics": None}
     assert {name: row["limit"] for name, row in found["rows"].items()} == limits
     assert "seconds of clip/s" in capsys.readouterr().out
 
@@ -57,7 +57,7 @@ def test_benchmark_writes_its_figures(
 def test_bare_mujoco_ends_where_the_search_ends(cleaner: CleaningPipeline) -> None:
     recorder = SamconRecorder(WORLDS, 1)
     assert cleaner.simulator is not None
-    benchmark_clean._search(cleaner.simulator, swaying("sway", 72, 0.3), recorder)
+    benchmark_clean._search(cleaner.simulator, SearchSettings(WORLDS, 2), swaying("sway", 72, 0.3), recorder)
     branched = [step for step, events in recorder.resets.items() if step and any(len(worlds) == WORLDS for worlds, _ in events)]
     assert branched  # a sample was branched, or all were reset
     bare = BareSamcon(recorder, WORLDS, 1)

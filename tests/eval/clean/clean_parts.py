@@ -11,7 +11,7 @@ from agents.policy.policy import Policy
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import rotations_from_hinges
 from envs.mimic.spec import MimicSpec
-from eval.clean.samcon import QUALITIES, SearchSettings, Simulator
+from eval.clean.quality import QUALITIES, SearchSettings, Simulator
 from tests.builders import hinge, posed
 from trainers.algorithms.policy_file import REQUIRED_CARD_KEYS
 

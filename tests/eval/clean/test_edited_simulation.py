@@ -9,7 +9,8 @@ from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import HINGE_COUNT
 from eval.clean import edited_simulation as module
 from eval.clean.edited_simulation import EditedSimulation, SearchMemory
-from eval.clean.samcon import QUALITIES, Segment, Simulator
+from eval.clean.quality import QUALITIES, SearchSettings, Simulator
+from eval.clean.segment import Segment
 from tests.builders import posed
 from tests.eval.clean.clean_parts import simulator
 
@@ -92,7 +93,7 @@ def test_a_part_without_physics_is_not_simulated(searched: list[tuple[int, int]]
 
 
 def test_a_span_of_another_quality_is_simulated_apart(searched: list[tuple[int, int]], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(QUALITIES, "best", QUALITIES["best"].__class__(num_samples=20, num_survivors=5))
+    monkeypatch.setitem(QUALITIES, "best", SearchSettings(num_samples=20, num_survivors=5))
     parts = EditedSimulation(SearchMemory(2000), NONE, {"best": frames(100, 160)}, True)
     found = parts(simulator(), 0, posed({}, FRAMES), (False, False), lambda _: None)
     assert searched == [(8, FRAMES), (20, 60)]

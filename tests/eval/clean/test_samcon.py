@@ -12,7 +12,9 @@ from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_NAMES, HINGES
 from envs.physics.mujoco_cpu import RecordingPhysics
 from eval.clean import samcon
-from eval.clean.samcon import SamconSearch, SearchSettings, Segment, Simulator, _prune, _Window
+from eval.clean.quality import SearchSettings, Simulator
+from eval.clean.samcon import SamconSearch, _prune, _Window
+from eval.clean.segment import Segment
 from tests.builders import STANDING, hinge, posed
 from tests.eval.clean.clean_parts import FEW, SPEC, simulator, standing
 
@@ -23,7 +25,7 @@ ALONE = replace(FEW, assist_force_bw=0.0)
 
 
 def takes_of(clip: BodyMotion, seed: int = 0, search: SearchSettings = ALONE) -> list[Segment]:
-    return list(SamconSearch(simulator(search), clip, seed).segments())
+    return list(SamconSearch(simulator(search), search, clip, seed).segments())
 
 
 def unbroken(take: Segment) -> None:
@@ -143,7 +145,7 @@ def test_pruning_changes_no_segment(windows: int, monkeypatch: pytest.MonkeyPatc
 
 def test_a_search_tells_how_far_it_is() -> None:
     told: list[int] = []
-    (take,) = SamconSearch(simulator(), standing(61), after_frames=told.append).segments()
+    (take,) = SamconSearch(simulator(), FEW, standing(61), after_frames=told.append).segments()
     assert told == [2] * 30
     assert sum(told) == len(take.poses) - 1
 
@@ -173,7 +175,7 @@ def test_only_a_share_of_the_residual_is_played() -> None:
     for share in (0.0, 0.5):
         policy = Asking(SPEC.observation_size, SPEC.action_size, (8,))
         search = replace(ALONE, max_noise_std=0.0, residual_shares=(share, share), virtual_share=0.0)
-        (take,) = SamconSearch(Simulator(policy, SPEC, 1, search), posed({}, 5)).segments()
+        (take,) = SamconSearch(Simulator(policy, SPEC, 1, search), search, posed({}, 5)).segments()
         knees.append(take.targets[:, hinge("shin_l_y")])
         shoulders.append(take.targets[:, hinge("upper_arm_l_y")])
     assert knees[1][1:] - knees[0][1:] == pytest.approx([0.01, 0.01, 0.018, 0.018], abs=1e-6)
@@ -183,7 +185,7 @@ def test_only_a_share_of_the_residual_is_played() -> None:
 def test_noise_moves_legs_and_no_arms() -> None:
     # Of one sample beside the one without noise: all that is told its motors but noise is the clip's, which stands still.
     search = replace(ALONE, num_samples=2, num_survivors=1, max_noise_std=10.0, residual_shares=(0.0, 0.0), virtual_share=0.0)
-    search = SamconSearch(Simulator(Policy(SPEC.observation_size, SPEC.action_size, (8,)), SPEC, 1, search), posed({}, 5))
+    search = SamconSearch(Simulator(Policy(SPEC.observation_size, SPEC.action_size, (8,)), SPEC, 1, search), search, posed({}, 5))
     actions = search._actions(np.zeros((2, SPEC.observation_size), dtype=np.float32), search._draw_controllers(), 1)
     hinges = [HINGES[one] for one in SPEC.residual_hinges]
     arms = np.array([BODY_NAMES[body].startswith("upper_arm") for body, _ in hinges])

@@ -18,7 +18,8 @@ from eval.clean import edited_simulation
 from eval.clean.edits import ContactEdit, EditError, Edits, MisalignmentEdit, SpanEdit
 from eval.clean.pipeline import CleaningPipeline
 from eval.clean.progress import SIMULATING
-from eval.clean.samcon import Segment, Simulator
+from eval.clean.quality import Simulator
+from eval.clean.segment import Segment
 from eval.clean.session import CleaningCancelled, CleaningSession
 from tests.builders import as_bvh, posed
 from tests.eval.clean.clean_parts import simulator, standing

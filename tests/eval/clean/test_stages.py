@@ -11,7 +11,7 @@ from datasets.motion.clip import BodyMotion
 from datasets.motion.kinematics import body_poses, lowest_point_heights
 from datasets.motion.rotation import from_axis_angle, multiply
 from eval.clean import stages as module
-from eval.clean.samcon import Simulator
+from eval.clean.quality import Simulator
 from eval.clean.simulate_clip import SimulatedClip
 from eval.clean.stages import frame_mask, repair_kinematically, simulate_grounded_spans
 from tests.builders import STANDING, posed

@@ -17,7 +17,7 @@ from datasets.formats.bvh import write_bvh
 from datasets.motion.clip import BodyMotion
 from envs.mimic.spec import MimicSpec
 from eval.clean.pipeline import CleaningPipeline
-from eval.clean.samcon import GOOD, QUALITIES, SearchSettings
+from eval.clean.quality import GOOD, QUALITIES, SearchSettings
 from eval.evaluation_recordings import IMU_SUIT_CLIPS
 from eval.metrics.artefacts import removed_shares
 from eval.study.clean import case_results

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from eval.clean.samcon import SearchSettings
+from eval.clean.quality import SearchSettings
 from eval.study import cli as study
 from eval.study.search import study as search_study
 from tests.eval.clean.clean_parts import FEW, SPEC, standing, untrained

@@ -1,0 +1,286 @@
+"""Trajectory optimisation of a clip: the simulation nearest to it, by the iterative linear quadratic regulator over a receding horizon.
+
+A window of two seconds is simulated, each of its control steps is linearised, and from its end backwards it is found how the motors'
+targets have to change for the bodies to come nearer to the clip, and how to answer to what turns out otherwise; then it is simulated anew,
+until nothing is gained any more. What comes first of the window is kept, and the next window begins where that ends. A force and a torque
+on the pelvis are among the inputs: cheap at first, so that the window is led to its end on them, and then at a price at which they act
+only where forces under the feet cannot bring the clip about (residual forces, Yuan and Kitani 2020).
+
+Sources: Li and Todorov 2004; Tassa, Erez and Todorov 2012 (contacts, receding horizon).
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from datasets.motion.clip import BodyMotion
+from datasets.motion.humanoid import HINGE_COUNT
+from envs.physics.engine_interface import FRAMES_PER_STEP
+from envs.physics.generalised_coordinates import state_change
+from envs.physics.mujoco_cpu import CpuPhysics, RecordingPhysics
+from envs.physics.step_derivatives import HELP_SIZE, HELP_UNITS, INPUT_SIZE, SECANTS, STATE_SIZE, Linearisation, StepDerivatives
+from eval.clean.optimisation.backward_pass import FeedbackLaw, backward_pass
+from eval.clean.optimisation.tracking_cost import MAX_STEP_COST, TARGET_WEIGHT, TrackingCost, help_sizes, input_weights
+from eval.clean.quality import OptimisationSettings
+from eval.clean.segment import Segment
+
+WINDOW_STEPS, KEPT_STEPS = 60, 40  # control steps: 2 s are solved, 1.3 s of them kept
+FIRST_HELP_WEIGHTS = (0.1, 0.3, 1.0)  # of the square of help [body weights], tried at first
+DAMPINGS, SHARES = (0.0, 5.0, 50.0), (1.0, 0.5, 0.2, 0.05)  # of the inputs' changes: all are simulated, the best goes on
+SECANT_SCALES = (1.0, 0.4, 2.0)  # tried one after the other where nothing comes nearer
+MIN_GAIN = 0.05  # share of the cost; a pass that gains less is the last
+MAX_TARGET_CHANGE_RAD, MAX_HELP_CHANGE_BW = 0.8, 1.0  # in a pass
+_MAX_CHANGES = np.repeat([MAX_TARGET_CHANGE_RAD, MAX_HELP_CHANGE_BW], [HINGE_COUNT, HELP_SIZE])
+SMALLEST_HELP_BW = 0.005  # less is not played
+LOST_COST = 40.0  # of a step's state, as if all bodies were 20 cm away: from there the simulation begins anew
+
+
+class Trajectory(NamedTuple):
+    """States and inputs of n control steps.
+
+    Attributes:
+        poses: Generalised positions, shape (n + 1, 50).
+        velocities: Generalised velocities, shape (n + 1, 49).
+        inputs: PD targets beside the clip's own [rad], and help [body weights], shape (n, 49).
+        worlds: States of the simulated world, shape (m, S); steps from the m-th on are planned and were not simulated.
+    """
+
+    poses: np.ndarray
+    velocities: np.ndarray
+    inputs: np.ndarray
+    worlds: np.ndarray
+
+    def cut(self, first: int) -> "Trajectory":
+        """Return the trajectory from a step on."""
+        return Trajectory(*(part[first:] for part in self))
+
+
+class TrajectoryOptimiser:
+    """Optimises one clip, window after window."""
+
+    def __init__(
+        self, clip: BodyMotion, settings: OptimisationSettings, threads: int = 1, after_frames: Callable[[int], None] = lambda _: None
+    ) -> None:
+        """Build the worlds.
+
+        Args:
+            clip: Clip at 60 fps, of an odd number of frames.
+            settings: Settings.
+            threads: Native threads of the simulation.
+            after_frames: Called with the number of frames that were simulated after each window.
+        """
+        self._cost, self._settings, self._after_frames = TrackingCost(clip), settings, after_frames
+        self._derivatives = StepDerivatives(threads)
+        self._candidates = CpuPhysics(len(DAMPINGS) * len(SHARES), threads)
+        self._recorder = RecordingPhysics(1)
+        self._known: dict[int, _Known] = {}  # by control step
+
+    def segments(self) -> Iterator[Segment]:
+        """Yield the simulation; where it is lost for good the next segment begins in the clip's state."""
+        first = 0
+        while first < len(self._cost):
+            segment = self._optimise_from(first)
+            yield segment
+            first += max((len(segment.poses) - 1) // FRAMES_PER_STEP, 1)
+
+    def _optimise_from(self, first: int) -> Segment:
+        """Return the simulation from a control step on, to the end or to where it is lost."""
+        world = self._world_at(self._cost.poses[first], self._cost.velocities[first])
+        frames, step, rest = [self._first_frame(first)], first, None
+        while step < len(self._cost):
+            stop = min(step + WINDOW_STEPS, len(self._cost))
+            window = self._solve(step, stop, world, rest)
+            num_kept = stop - step if stop == len(self._cost) else KEPT_STEPS
+            num_good = self._num_good(step, window, num_kept)
+            frames += self._record(step, window, num_good)
+            self._after_frames(FRAMES_PER_STEP * num_kept)
+            if num_good < num_kept:
+                break
+            step += num_kept
+            if step < len(self._cost):
+                world, rest = window.worlds[num_kept], window.cut(num_kept)
+        self._known.clear()
+        poses, velocities, targets, assist = (np.array(part) for part in zip(*frames, strict=True))
+        if len(targets) > 1:
+            targets[0], assist[0] = targets[1], assist[1]  # the motors had no targets yet
+        return Segment(FRAMES_PER_STEP * first, poses, velocities, targets, assist)
+
+    def _first_frame(self, step: int) -> tuple[np.ndarray, ...]:
+        """Return pose, velocity, targets and help of the clip itself."""
+        return (*self._cost.wanted(step), self._cost.targets[step], np.zeros(()))
+
+    def _solve(self, first: int, stop: int, world: np.ndarray, rest: Trajectory | None) -> Trajectory:
+        """Return the best trajectory of a window.
+
+        Args:
+            first: Its first control step.
+            stop: Control step after its last one.
+            world: State of the world at its beginning.
+            rest: What the window before found beyond what was kept of it; None if there is none.
+        """
+        weights = self._cost.weights(first, stop + 1)
+        trajectory = self._plan(first, stop, rest)
+        steps, gaps = self._linearise(first, trajectory)
+        errors = state_change(self._cost.wanted(slice(first, stop + 1)), (trajectory.poses, trajectory.velocities))
+        by_weight = [self._first_weights(trajectory, weight) for weight in FIRST_HELP_WEIGHTS]
+        laws = [backward_pass(steps, gaps, errors, trajectory.inputs, weights, each) for each in by_weight]
+        trajectory, _ = self._simulate(first, world, trajectory, laws, weights, _constant_weights(stop - first, FIRST_HELP_WEIGHTS[-1]))
+        num_failed = 0
+        for _ in range(self._settings.max_passes - 1):
+            priced = input_weights(trajectory.inputs[:, HINGE_COUNT:], self._settings.assist_force_bw)
+            errors = state_change(self._cost.wanted(slice(first, stop + 1)), (trajectory.poses, trajectory.velocities))
+            before = float(_step_costs(errors[1:], trajectory.inputs, weights[1:], priced).sum())
+            steps, gaps = self._linearise(first, trajectory, SECANT_SCALES[num_failed])
+            laws = [backward_pass(steps, gaps, errors, trajectory.inputs, weights, priced, damping) for damping in DAMPINGS]
+            found, after = self._simulate(first, world, trajectory, laws, weights, priced)
+            if after >= before:
+                num_failed += 1
+                if num_failed == len(SECANT_SCALES):
+                    break
+                continue
+            trajectory, num_failed = found, 0
+            if after > (1.0 - MIN_GAIN) * before:
+                break
+        return trajectory
+
+    def _first_weights(self, trajectory: Trajectory, weight: float) -> np.ndarray:
+        """Return the weights of a plan's inputs (n, 49): help is cheap where nothing was simulated yet."""
+        weights, done = _constant_weights(len(trajectory.inputs), weight), len(trajectory.worlds)
+        weights[:done] = input_weights(trajectory.inputs[:done, HINGE_COUNT:], self._settings.assist_force_bw)
+        return weights
+
+    def _plan(self, first: int, stop: int, rest: Trajectory | None) -> Trajectory:
+        """Return what a window begins with: the rest of the window before, and then the clip itself."""
+        poses, velocities = (part.copy() for part in self._cost.wanted(slice(first, stop + 1)))
+        inputs, worlds = np.zeros((stop - first, INPUT_SIZE)), np.zeros((0, self._recorder.get_state().shape[1]))
+        if rest:
+            done = len(rest.inputs)
+            poses[: done + 1], velocities[: done + 1], inputs[:done], worlds = rest
+        return Trajectory(poses, velocities, inputs, worlds)
+
+    def _linearise(self, first: int, trajectory: Trajectory, scale: float = 1.0) -> tuple[list[Linearisation], np.ndarray]:
+        """Return the derivatives of a trajectory's steps, and the gaps (n, 98) after those that were planned and not simulated.
+
+        Derivatives are secants; a step that moved by less than their length since it was linearised keeps them.
+        """
+        steps, gaps = [], np.zeros((len(trajectory.inputs), STATE_SIZE))
+        for t, inputs in enumerate(trajectory.inputs):
+            pose, velocity = trajectory.poses[t], trajectory.velocities[t]
+            known = self._known.get(first + t)
+            if scale != 1.0 or known is None or known.is_far(pose, velocity, inputs):
+                world = trajectory.worlds[t] if t < len(trajectory.worlds) else self._world_at(pose, velocity)
+                targets, help_bw = self._cost.targets[first + t] + inputs[:HINGE_COUNT], inputs[HINGE_COUNT:]
+                known = _Known(pose, velocity, inputs, self._derivatives.linearise(world, targets, help_bw, scale))
+                if scale == 1.0:
+                    self._known[first + t] = known
+            steps.append(known.linearisation)
+            if t >= len(trajectory.worlds):
+                after = known.linearisation.pose, known.linearisation.velocity
+                gaps[t] = state_change((trajectory.poses[t + 1], trajectory.velocities[t + 1]), after)
+        return steps, gaps
+
+    def _simulate(
+        self,
+        first: int,
+        world: np.ndarray,
+        trajectory: Trajectory,
+        laws: Sequence[FeedbackLaw],
+        state_weights: np.ndarray,
+        priced: np.ndarray,
+    ) -> tuple[Trajectory, float]:
+        """Return the best of the simulations with a share of each law's changes, and its cost.
+
+        Args:
+            first: First control step.
+            world: State of the world there.
+            trajectory: Trajectory that the laws change.
+            laws: Laws, as many as ``DAMPINGS``.
+            state_weights: Weights of the states' errors, shape (n + 1, 98, 98).
+            priced: Weights of the inputs, shape (n, 49).
+        """
+        physics, shares = self._candidates, np.tile(SHARES, len(laws))[:, None]
+        physics.set_state(np.repeat(world[None], len(shares), axis=0))
+        costs = np.zeros(len(shares))
+        poses, velocities, inputs, worlds = [], [], [], []
+        for t, own in enumerate(trajectory.inputs):
+            poses.append(physics.motion()[0])
+            velocities.append(physics.motion()[1])
+            worlds.append(physics.get_state())
+            moved = state_change((trajectory.poses[t], trajectory.velocities[t]), (poses[-1], velocities[-1]))
+            by_law = moved.reshape(len(laws), len(SHARES), -1)
+            answers = np.concat([each @ law.gains[t].T for each, law in zip(by_law, laws, strict=True)])
+            change = shares * np.repeat([law.change[t] for law in laws], len(SHARES), axis=0) + answers
+            inputs.append(_without_small_help(own + np.clip(change, -_MAX_CHANGES, _MAX_CHANGES)))
+            physics.set_root_wrench(inputs[-1][:, HINGE_COUNT:] * HELP_UNITS)
+            physics.step(self._cost.targets[first + t] + inputs[-1][:, :HINGE_COUNT])
+            errors = state_change(self._cost.wanted(first + t + 1), physics.motion()[:2])
+            costs += _step_costs(errors, inputs[-1], state_weights[t + 1], priced[t])
+        poses.append(physics.motion()[0])
+        velocities.append(physics.motion()[1])
+        worlds.append(physics.get_state())
+        best = int(np.argmin(costs))
+        return Trajectory(*(np.array([step[best] for step in part]) for part in (poses, velocities, inputs, worlds))), float(costs[best])
+
+    def _num_good(self, first: int, trajectory: Trajectory, count: int) -> int:
+        """Return how many of the first ``count`` control steps end before the simulation is lost."""
+        wanted = self._cost.wanted(slice(first + 1, first + count + 1))
+        errors = state_change(wanted, (trajectory.poses[1 : count + 1], trajectory.velocities[1 : count + 1]))
+        no_cost = np.zeros((count, INPUT_SIZE))
+        is_lost = _step_costs(errors, no_cost, self._cost.weights(first + 1, first + count + 1), no_cost) >= LOST_COST
+        return int(np.argmax(is_lost)) if is_lost.any() else count
+
+    def _record(self, first: int, trajectory: Trajectory, count: int) -> list[tuple[np.ndarray, ...]]:
+        """Return the frames of the first ``count`` control steps, the first state left out, as ``_frame_at``."""
+        frames = []
+        self._recorder.set_state(trajectory.worlds[:1])
+        for targets, inputs in zip(self._cost.targets[first : first + count], trajectory.inputs[:count], strict=True):
+            self._recorder.set_root_wrench(inputs[None, HINGE_COUNT:] * HELP_UNITS)
+            self._recorder.step((targets + inputs[:HINGE_COUNT])[None])
+            assist = help_sizes(inputs[HINGE_COUNT:]).max()
+            frames += [(*(part[0] for part in frame), assist) for frame in self._recorder.substates]
+        return frames
+
+    def _world_at(self, pose: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+        """Return the state (S,) of a world with a pose and a velocity."""
+        self._recorder.reset(np.array([0]), pose[None], velocity[None])
+        return self._recorder.get_state()[0]
+
+
+class _Known(NamedTuple):
+    """A step that was linearised, and where."""
+
+    pose: np.ndarray
+    velocity: np.ndarray
+    inputs: np.ndarray
+    linearisation: Linearisation
+
+    def is_far(self, pose: np.ndarray, velocity: np.ndarray, inputs: np.ndarray) -> bool:
+        """Return whether any number is farther than a secant's length from where the step was linearised."""
+        moved = np.concat([state_change((self.pose, self.velocity), (pose, velocity)), inputs - self.inputs])
+        return bool((np.abs(moved) > SECANTS).any())
+
+
+def _constant_weights(count: int, help_weight: float) -> np.ndarray:
+    """Return weights of inputs (count, 49) with one weight of the square of help."""
+    return np.tile(np.repeat([TARGET_WEIGHT, help_weight], [HINGE_COUNT, HELP_SIZE]), (count, 1))
+
+
+def _step_costs(errors: np.ndarray, inputs: np.ndarray, state_weights: np.ndarray, priced: np.ndarray) -> np.ndarray:
+    """Return the costs (n,) of steps.
+
+    Args:
+        errors: Errors of the states after them, shape (n, 98).
+        inputs: Their inputs, shape (n, 49).
+        state_weights: Weights of the errors, shape (n, 98, 98), or (98, 98) for all.
+        priced: Weights of the inputs, shape (n, 49) or (49,).
+    """
+    of_states = (errors * (state_weights @ errors[..., None])[..., 0]).sum(axis=1)
+    return np.where(np.isfinite(of_states), np.minimum(of_states, MAX_STEP_COST), np.inf) + (priced * inputs**2).sum(axis=1)
+
+
+def _without_small_help(inputs: np.ndarray) -> np.ndarray:
+    """Return inputs (K, 49) without forces and torques that are too small to count."""
+    help_bw = inputs[:, HINGE_COUNT:]
+    plays = np.repeat(help_sizes(help_bw) >= SMALLEST_HELP_BW, HELP_SIZE // 2, axis=1)
+    return np.concat([inputs[:, :HINGE_COUNT], plays * help_bw], axis=1)
