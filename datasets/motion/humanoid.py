@@ -108,6 +108,7 @@ SKELETON = Skeleton(
 BODY_COUNT = len(BODIES)
 TRUNK_BODIES = (0, 1, 2, 3)  # pelvis, spine, chest, head
 HEAD_BODY = BODY_NAMES.index("head")
+ARM_PARTS = ("collar", "upper_arm", "forearm", "hand")  # names of an arm's bodies without their sides
 FOOT_AND_TOE_BODIES = tuple((BODY_NAMES.index(f"foot_{s}"), BODY_NAMES.index(f"toe_{s}")) for s in "lr")  # of the left and the right side
 _SHARES = np.array([body.mass_share for body in BODIES])
 BODY_MASSES_KG = TOTAL_MASS_KG * _SHARES / _SHARES.sum()  # kg, (20,); published shares are rounded and sum to 1.002

@@ -16,7 +16,7 @@ from gymnasium.vector import AutoresetMode
 from datasets.library.motion_library import MotionLibrary, Observed
 from datasets.motion.body_state import BodyState
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import BODY_NAMES, HEAD_BODY, HINGE_COUNT, HINGES
+from datasets.motion.humanoid import ARM_PARTS, BODY_NAMES, HEAD_BODY, HINGE_COUNT, HINGES
 from envs.mimic.episode_metrics import body_error
 from envs.mimic.root_assist import BODY_WEIGHT_N
 from envs.physics.engine_interface import FRAMES_PER_STEP
@@ -32,8 +32,6 @@ SCORE_DECAY = 0.95  # of rewards by their age; the critic's value ahead is a mea
 MAX_POSE_ERROR_M = 0.2  # mean distance of the bodies from the reference's, roots aligned, beyond which a sample is dropped
 # Weights beside the reward, which hardly falls with the small errors from which falls begin.
 COM_ERROR_WEIGHT, COM_SPEED_ERROR_WEIGHT, HEAD_ERROR_WEIGHT, POSE_ERROR_WEIGHT = 15.0, 10.0, 15.0, 1600.0
-# Bodies that follow the clip by their motors alone: arms balance little, and noise on them took hands farther from the clip than all else.
-_UNCORRECTED = ("collar", "upper_arm", "forearm", "hand")
 
 
 class SamconSearch:
@@ -69,7 +67,8 @@ class SamconSearch:
         self._env.assist_force_bw = self._settings.assist_force_bw
         self._physics = cast(RecordingPhysics, self._env.physics)
         bodies = [BODY_NAMES[HINGES[hinge][0]] for hinge in simulator.spec.residual_hinges]
-        self._is_corrected = np.array([not body.startswith(_UNCORRECTED) for body in bodies])  # (A,)
+        # Arms follow the clip by their motors alone: they balance little, and noise on them took hands farther from the clip than all else.
+        self._is_corrected = np.array([not body.startswith(ARM_PARTS) for body in bodies])  # (A,)
         self._random = np.random.default_rng(seed)
 
     def segments(self) -> Iterator[Segment]:

@@ -13,15 +13,23 @@ from envs.physics.step_derivatives import Linearisation
 
 
 class FeedbackLaw(NamedTuple):
-    """What to add to the inputs of n steps.
+    """What to add to the inputs of n steps, and what the rest of them will cost then.
 
     Attributes:
         change: Change of the inputs, shape (n, 49).
         gains: Answers to changes of the state, shape (n, 49, 98).
+        slopes: Half of the derivatives of the cost to go by the state, before each step and at the end, shape (n + 1, 98).
+        curvatures: Half of its second derivatives, shape (n + 1, 98, 98).
     """
 
     change: np.ndarray
     gains: np.ndarray
+    slopes: np.ndarray
+    curvatures: np.ndarray
+
+    def cost_to_go(self, step: int, moved: np.ndarray) -> np.ndarray:
+        """Return the cost from a step on beside the trajectory's own, shape (K,), of states that are ``moved`` (K, 98) from it."""
+        return 2.0 * moved @ self.slopes[step] + (moved @ self.curvatures[step] * moved).sum(axis=1)
 
 
 def backward_pass(
@@ -48,6 +56,7 @@ def backward_pass(
     change, gains = np.empty_like(inputs), np.empty((*inputs.shape, state_errors.shape[1]))
     curvature = state_weights[n]
     slope = curvature @ state_errors[n]
+    slopes, curvatures = [slope], [curvature]
     for t in range(n - 1, -1, -1):
         by_state, by_input, *_ = steps[t]
         slope = slope + curvature @ gaps[t]
@@ -65,4 +74,6 @@ def backward_pass(
         curvature = state_weights[t] + by_state.T @ (curvature @ by_state)
         curvature += answered @ gains[t] + gains[t].T @ mixed + mixed.T @ gains[t]
         curvature = 0.5 * (curvature + curvature.T)
-    return FeedbackLaw(change, gains)
+        slopes.append(slope)
+        curvatures.append(curvature)
+    return FeedbackLaw(change, gains, np.array(slopes[::-1]), np.array(curvatures[::-1]))

@@ -4,9 +4,10 @@ A window of two seconds is simulated, each of its control steps is linearised, a
 targets have to change for the bodies to come nearer to the clip, and how to answer to what turns out otherwise; then it is simulated anew,
 until nothing is gained any more. What comes first of the window is kept, and the next window begins where that ends. A force and a torque
 on the pelvis are among the inputs: cheap at first, so that the window is led to its end on them, and then at a price at which they act
-only where forces under the feet cannot bring the clip about (residual forces, Yuan and Kitani 2020).
+only where forces under the feet cannot bring the clip about (residual forces, Yuan and Kitani 2020). Derivatives say little of contacts
+that begin or end, so most of the simulations have noise on their inputs, and go on from those that the cost to go says will do best.
 
-Sources: Li and Todorov 2004; Tassa, Erez and Todorov 2012 (contacts, receding horizon).
+Sources: Li and Todorov 2004; Tassa, Erez and Todorov 2012 (contacts, receding horizon); Liu et al. 2010 (selection of samples).
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -15,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from datasets.motion.clip import BodyMotion
-from datasets.motion.humanoid import HINGE_COUNT
+from datasets.motion.humanoid import ARM_PARTS, BODY_NAMES, HINGE_COUNT, HINGES
 from envs.physics.engine_interface import FRAMES_PER_STEP
 from envs.physics.generalised_coordinates import state_change
 from envs.physics.mujoco_cpu import CpuPhysics, RecordingPhysics
@@ -28,12 +29,19 @@ from eval.clean.segment import Segment
 WINDOW_STEPS, KEPT_STEPS = 60, 40  # control steps: 2 s are solved, 1.3 s of them kept
 FIRST_HELP_WEIGHTS = (0.1, 0.3, 1.0)  # of the square of help [body weights], tried at first
 DAMPINGS, SHARES = (0.0, 5.0, 50.0), (1.0, 0.5, 0.2, 0.05)  # of the inputs' changes: all are simulated, the best goes on
+NUM_WORLDS, NUM_SURVIVORS = 48, 12  # that are simulated, and those with which noisy ones go on after each step
+NUM_QUIET = len(DAMPINGS) * len(SHARES)  # worlds without noise
+CHANGE_RATE = 0.2  # share of the noisy worlds that take another law and share in a step
+MAX_TARGET_NOISE_RAD, MAX_HELP_NOISE_BW = 0.1, 0.02  # largest standard deviations
 SECANT_SCALES = (1.0, 0.4, 2.0)  # tried one after the other where nothing comes nearer
 MIN_GAIN = 0.05  # share of the cost; a pass that gains less is the last
 MAX_TARGET_CHANGE_RAD, MAX_HELP_CHANGE_BW = 0.8, 1.0  # in a pass
 _MAX_CHANGES = np.repeat([MAX_TARGET_CHANGE_RAD, MAX_HELP_CHANGE_BW], [HINGE_COUNT, HELP_SIZE])
+_IS_BALANCING = np.array([not BODY_NAMES[hinge[0]].startswith(ARM_PARTS) for hinge in HINGES])  # arms balance little: no noise on them
+_MAX_NOISE_STDS = np.concat([MAX_TARGET_NOISE_RAD * _IS_BALANCING, np.full(HELP_SIZE, MAX_HELP_NOISE_BW)])
 SMALLEST_HELP_BW = 0.005  # less is not played
 LOST_COST = 40.0  # of a step's state, as if all bodies were 20 cm away: from there the simulation begins anew
+MIN_RESTART_STEPS = 15  # control steps from one beginning to the next, that a clip that nobody can follow takes no end of windows
 
 
 class Trajectory(NamedTuple):
@@ -72,7 +80,8 @@ class TrajectoryOptimiser:
         """
         self._cost, self._settings, self._after_frames = TrackingCost(clip), settings, after_frames
         self._derivatives = StepDerivatives(threads)
-        self._candidates = CpuPhysics(len(DAMPINGS) * len(SHARES), threads)
+        self._worlds = CpuPhysics(NUM_WORLDS, threads)
+        self._random = np.random.default_rng(0)
         self._recorder = RecordingPhysics(1)
         self._known: dict[int, _Known] = {}  # by control step
 
@@ -82,7 +91,7 @@ class TrajectoryOptimiser:
         while first < len(self._cost):
             segment = self._optimise_from(first)
             yield segment
-            first += max((len(segment.poses) - 1) // FRAMES_PER_STEP, 1)
+            first += max((len(segment.poses) - 1) // FRAMES_PER_STEP, MIN_RESTART_STEPS)
 
     def _optimise_from(self, first: int) -> Segment:
         """Return the simulation from a control step on, to the end or to where it is lost."""
@@ -123,12 +132,12 @@ class TrajectoryOptimiser:
         trajectory = self._plan(first, stop, rest)
         steps, gaps = self._linearise(first, trajectory)
         errors = state_change(self._cost.wanted(slice(first, stop + 1)), (trajectory.poses, trajectory.velocities))
-        by_weight = [self._first_weights(trajectory, weight) for weight in FIRST_HELP_WEIGHTS]
+        by_weight = [_first_weights(trajectory, weight) for weight in FIRST_HELP_WEIGHTS]
         laws = [backward_pass(steps, gaps, errors, trajectory.inputs, weights, each) for each in by_weight]
         trajectory, _ = self._simulate(first, world, trajectory, laws, weights, _constant_weights(stop - first, FIRST_HELP_WEIGHTS[-1]))
         num_failed = 0
         for _ in range(self._settings.max_passes - 1):
-            priced = input_weights(trajectory.inputs[:, HINGE_COUNT:], self._settings.assist_force_bw)
+            priced = input_weights(trajectory.inputs[:, HINGE_COUNT:])
             errors = state_change(self._cost.wanted(slice(first, stop + 1)), (trajectory.poses, trajectory.velocities))
             before = float(_step_costs(errors[1:], trajectory.inputs, weights[1:], priced).sum())
             steps, gaps = self._linearise(first, trajectory, SECANT_SCALES[num_failed])
@@ -143,12 +152,6 @@ class TrajectoryOptimiser:
             if after > (1.0 - MIN_GAIN) * before:
                 break
         return trajectory
-
-    def _first_weights(self, trajectory: Trajectory, weight: float) -> np.ndarray:
-        """Return the weights of a plan's inputs (n, 49): help is cheap where nothing was simulated yet."""
-        weights, done = _constant_weights(len(trajectory.inputs), weight), len(trajectory.worlds)
-        weights[:done] = input_weights(trajectory.inputs[:done, HINGE_COUNT:], self._settings.assist_force_bw)
-        return weights
 
     def _plan(self, first: int, stop: int, rest: Trajectory | None) -> Trajectory:
         """Return what a window begins with: the rest of the window before, and then the clip itself."""
@@ -191,6 +194,9 @@ class TrajectoryOptimiser:
     ) -> tuple[Trajectory, float]:
         """Return the best of the simulations with a share of each law's changes, and its cost.
 
+        The first of the worlds play each law and share as they are. The others play them with noise, and go on after each step from the
+        worlds whose costs, with the cost to go of the first law, are the lowest.
+
         Args:
             first: First control step.
             world: State of the world there.
@@ -199,28 +205,38 @@ class TrajectoryOptimiser:
             state_weights: Weights of the states' errors, shape (n + 1, 98, 98).
             priced: Weights of the inputs, shape (n, 49).
         """
-        physics, shares = self._candidates, np.tile(SHARES, len(laws))[:, None]
-        physics.set_state(np.repeat(world[None], len(shares), axis=0))
-        costs = np.zeros(len(shares))
-        poses, velocities, inputs, worlds = [], [], [], []
+        physics, candidates = self._worlds, _Candidates.draw(self._random, len(laws))
+        physics.set_state(np.repeat(world[None], NUM_WORLDS, axis=0))
+        costs, steps = np.zeros(NUM_WORLDS), []
+        changes, gains = np.array([law.change for law in laws]), np.array([law.gains for law in laws])
         for t, own in enumerate(trajectory.inputs):
-            poses.append(physics.motion()[0])
-            velocities.append(physics.motion()[1])
-            worlds.append(physics.get_state())
-            moved = state_change((trajectory.poses[t], trajectory.velocities[t]), (poses[-1], velocities[-1]))
-            by_law = moved.reshape(len(laws), len(SHARES), -1)
-            answers = np.concat([each @ law.gains[t].T for each, law in zip(by_law, laws, strict=True)])
-            change = shares * np.repeat([law.change[t] for law in laws], len(SHARES), axis=0) + answers
-            inputs.append(_without_small_help(own + np.clip(change, -_MAX_CHANGES, _MAX_CHANGES)))
-            physics.set_root_wrench(inputs[-1][:, HINGE_COUNT:] * HELP_UNITS)
-            physics.step(self._cost.targets[first + t] + inputs[-1][:, :HINGE_COUNT])
-            errors = state_change(self._cost.wanted(first + t + 1), physics.motion()[:2])
-            costs += _step_costs(errors, inputs[-1], state_weights[t + 1], priced[t])
-        poses.append(physics.motion()[0])
-        velocities.append(physics.motion()[1])
-        worlds.append(physics.get_state())
+            pose, velocity, _ = physics.motion()
+            moved = state_change((trajectory.poses[t], trajectory.velocities[t]), (pose, velocity))
+            answers = np.empty((NUM_WORLDS, INPUT_SIZE))
+            for law in range(len(laws)):
+                answers[candidates.law == law] = moved[candidates.law == law] @ gains[law, t].T
+            change = candidates.share[:, None] * changes[candidates.law, t] + answers + self._noise()
+            inputs = _without_small_help(own + np.clip(change, -_MAX_CHANGES, _MAX_CHANGES))
+            before = physics.get_state()
+            physics.set_root_wrench(inputs[:, HINGE_COUNT:] * HELP_UNITS)
+            physics.step(self._cost.targets[first + t] + inputs[:, :HINGE_COUNT])
+            after = physics.motion()[:2]
+            errors = state_change(self._cost.wanted(first + t + 1), after)
+            costs += _step_costs(errors, inputs, state_weights[t + 1], priced[t])
+            moved = state_change((trajectory.poses[t + 1], trajectory.velocities[t + 1]), after)
+            parents = _select(costs + np.nan_to_num(laws[0].cost_to_go(t + 1, moved), nan=np.inf))
+            steps.append((pose, velocity, inputs, before, parents))
+            physics.branch(parents)
+            costs, candidates = costs[parents], candidates.branch(parents).change(self._random)
         best = int(np.argmin(costs))
-        return Trajectory(*(np.array([step[best] for step in part]) for part in (poses, velocities, inputs, worlds))), float(costs[best])
+        end = (physics.motion()[0][best], physics.motion()[1][best], physics.get_state()[best])
+        return _backtrack(steps, best, end), float(costs[best])
+
+    def _noise(self) -> np.ndarray:
+        """Return noise on the inputs (K, 49), of each world with a standard deviation of its own; none on those that play laws alone."""
+        stds = self._random.uniform(0.0, 1.0, (NUM_WORLDS, 1)) * _MAX_NOISE_STDS
+        stds[:NUM_QUIET] = 0.0
+        return self._random.normal(size=stds.shape) * stds
 
     def _num_good(self, first: int, trajectory: Trajectory, count: int) -> int:
         """Return how many of the first ``count`` control steps end before the simulation is lost."""
@@ -247,6 +263,30 @@ class TrajectoryOptimiser:
         return self._recorder.get_state()[0]
 
 
+class _Candidates(NamedTuple):
+    """Which law, and which share of its changes, each of K worlds plays, shape (K,)."""
+
+    law: np.ndarray
+    share: np.ndarray
+
+    @classmethod
+    def draw(cls, random: np.random.Generator, num_laws: int) -> "_Candidates":
+        """Return each law with each share, and then random ones."""
+        quiet = np.repeat(np.arange(num_laws), len(SHARES)), np.tile(SHARES, num_laws)
+        drawn = random.integers(0, num_laws, NUM_WORLDS - NUM_QUIET), random.choice(SHARES, NUM_WORLDS - NUM_QUIET)
+        return cls(*(np.concat(both) for both in zip(quiet, drawn, strict=True)))
+
+    def branch(self, parents: np.ndarray) -> "_Candidates":
+        """Return those of the worlds that each one copies, parents (K,)."""
+        return _Candidates(self.law[parents], self.share[parents])
+
+    def change(self, random: np.random.Generator) -> "_Candidates":
+        """Return them with new ones for ``CHANGE_RATE`` of the worlds that play noise."""
+        changes, drawn = random.random(NUM_WORLDS) < CHANGE_RATE, _Candidates.draw(random, NUM_QUIET // len(SHARES))
+        changes[:NUM_QUIET] = False
+        return _Candidates(*(np.where(changes, new, old) for old, new in zip(self, drawn, strict=True)))
+
+
 class _Known(NamedTuple):
     """A step that was linearised, and where."""
 
@@ -259,6 +299,36 @@ class _Known(NamedTuple):
         """Return whether any number is farther than a secant's length from where the step was linearised."""
         moved = np.concat([state_change((self.pose, self.velocity), (pose, velocity)), inputs - self.inputs])
         return bool((np.abs(moved) > SECANTS).any())
+
+
+def _select(scores: np.ndarray) -> np.ndarray:
+    """Return from which world each one goes on (K,): the quiet ones from their own, the others from those with the lowest scores (K,)."""
+    parents = np.arange(NUM_WORLDS)
+    parents[NUM_QUIET:] = np.resize(np.argsort(scores)[:NUM_SURVIVORS], NUM_WORLDS - NUM_QUIET)
+    return parents
+
+
+def _backtrack(steps: Sequence[tuple[np.ndarray, ...]], best: int, end: tuple[np.ndarray, np.ndarray, np.ndarray]) -> Trajectory:
+    """Return the trajectory of a world, traced back to its beginning.
+
+    Args:
+        steps: Poses, velocities, inputs, states of the worlds and parents of all worlds in each step.
+        best: World at the end.
+        end: Its pose, velocity and state of the world at the end.
+    """
+    rows = []
+    for *_, parents in steps[::-1]:
+        best = int(parents[best])
+        rows.append(best)
+    poses, velocities, inputs, worlds = ([step[part][row] for step, row in zip(steps, rows[::-1], strict=True)] for part in range(4))
+    return Trajectory(np.array([*poses, end[0]]), np.array([*velocities, end[1]]), np.array(inputs), np.array([*worlds, end[2]]))
+
+
+def _first_weights(trajectory: Trajectory, weight: float) -> np.ndarray:
+    """Return the weights of a plan's inputs (n, 49): help is cheap where nothing was simulated yet."""
+    weights, done = _constant_weights(len(trajectory.inputs), weight), len(trajectory.worlds)
+    weights[:done] = input_weights(trajectory.inputs[:done, HINGE_COUNT:])
+    return weights
 
 
 def _constant_weights(count: int, help_weight: float) -> np.ndarray:

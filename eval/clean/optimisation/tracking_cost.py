@@ -20,8 +20,7 @@ ANGLE_WEIGHT = 2.0  # 1/rad², of each hinge and of the root about each axis: po
 ROOT_VELOCITY_WEIGHT, ROOT_SPIN_WEIGHT, HINGE_SPEED_WEIGHT = 3.0, 1.0, 0.02  # s²/m² and s²/rad²
 TARGET_WEIGHT = 1.0  # 1/rad², of each motor's target beside the clip's
 MAX_STEP_COST = 200.0  # of a step's state: who is lost is lost, however far
-HELP_PRICE, MORE_HELP_PRICE = 10.0, 10.0  # of a body weight, and of what goes beyond the help that is allowed
-ALLOWED_SHARE = 0.8  # of the allowed help, from which on it is dear: to be priced is not to be bounded
+HELP_PRICE = 10.0  # of a body weight
 SMALL_HELP_BW = 0.03  # body weights, to which the price of help grows with its square, and beyond which with its size
 
 
@@ -75,7 +74,7 @@ class TrackingCost:
         return jacobian.reshape(-1, VELOCITY_SIZE)
 
 
-def input_weights(help_bw: np.ndarray, allowed_bw: float) -> np.ndarray:
+def input_weights(help_bw: np.ndarray) -> np.ndarray:
     """Return the weights of targets and help, shape (n, 49).
 
     Help is priced by its size, so that it acts where it is needed and nowhere else: the weight of its square is its price over the size
@@ -83,11 +82,8 @@ def input_weights(help_bw: np.ndarray, allowed_bw: float) -> np.ndarray:
 
     Args:
         help_bw: Help of the trajectory [body weights], shape (n, 6).
-        allowed_bw: Size up to which help is cheap [body weights].
     """
-    sizes = help_sizes(help_bw)
-    beyond = np.maximum(sizes - ALLOWED_SHARE * allowed_bw, 0.0) / np.maximum(sizes, SMALL_HELP_BW)
-    weights = (HELP_PRICE + (MORE_HELP_PRICE - HELP_PRICE) * beyond) / np.sqrt(sizes**2 + SMALL_HELP_BW**2)
+    weights = HELP_PRICE / np.sqrt(help_sizes(help_bw) ** 2 + SMALL_HELP_BW**2)
     return np.concat([np.full((len(help_bw), HINGE_COUNT), TARGET_WEIGHT), np.repeat(weights, HELP_SIZE // 2, axis=1)], axis=1)
 
 
