@@ -54,7 +54,7 @@ FAST, GOOD, BEST = "fast", "good", "best"
 QUALITIES: dict[str, SimulationSettings] = {
     FAST: SearchSettings(),
     GOOD: OptimisationSettings(max_passes=6),
-    BEST: OptimisationSettings(max_passes=20),
+    BEST: OptimisationSettings(max_passes=16),
 }
 
 

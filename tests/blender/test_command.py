@@ -10,7 +10,7 @@ import pytest
 
 from blender.addon_error import AddonError
 from blender.command import COMMAND, QUALITIES, STAGES, CleaningCall, CommandProcess, cleaning_arguments, command_environment, find_command
-from eval.clean import cli, edits, samcon
+from eval.clean import cli, edits, quality
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows does not run scripts by their first line")
 
@@ -49,7 +49,7 @@ def test_the_words_are_the_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         CleaningCall("adapt-mimic", "best", STAGES, "m.yaml", zero_ground=True), tmp_path / "a.bvh", tmp_path / "b.bvh"
     )
     assert words[:2] == ["adapt-mimic", "clean"]
-    assert (tuple(samcon.QUALITIES), edits.STAGES) == (QUALITIES, STAGES)
+    assert (tuple(quality.QUALITIES), edits.STAGES) == (QUALITIES, STAGES)
     understood = []
     monkeypatch.setattr(cli, "_run_with_events", lambda options, _events: understood.append(options))
     assert cli.main(words[2:]) == 0

@@ -11,7 +11,7 @@ from agents.policy.policy import Policy
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import rotations_from_hinges
 from envs.mimic.spec import MimicSpec
-from eval.clean.quality import QUALITIES, SearchSettings, Simulator
+from eval.clean.quality import QUALITIES, SearchSettings, SimulationSettings, Simulator
 from tests.builders import hinge, posed
 from trainers.algorithms.policy_file import REQUIRED_CARD_KEYS
 
@@ -40,7 +40,7 @@ def shrink_search(patch: pytest.MonkeyPatch) -> None:
         patch.setitem(QUALITIES, quality, FEW)
 
 
-def simulator(search: SearchSettings = FEW) -> Simulator:
+def simulator(search: SimulationSettings = FEW) -> Simulator:
     """Return a simulator along the untrained policy, by default with few samples."""
     return Simulator(untrained(), SPEC, 1, search)
 

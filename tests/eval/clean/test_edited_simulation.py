@@ -30,11 +30,12 @@ def searched(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, int]]:
     asked = []
 
     def stand_in(by: Simulator, clip: BodyMotion, after_frames: Callable[[int], None]) -> list[Segment]:
+        assert isinstance(by.search, SearchSettings)
         asked.append((by.search.num_samples, len(clip)))
         after_frames(len(clip))
         poses = np.concat([clip.root_position, clip.local_rotations[:, 0], np.zeros((len(clip), HINGE_COUNT))], axis=1)
         still = np.zeros((len(clip), 6 + HINGE_COUNT)), np.zeros((len(clip), HINGE_COUNT))
-        return [Segment(0, poses, *still, np.full(len(clip), 0.01 * by.search.num_samples))]
+        return [Segment(0, poses, *still, np.full(len(clip), 0.001 * by.search.num_samples))]
 
     monkeypatch.setattr(module, "search_segments", stand_in)
     return asked
@@ -99,7 +100,7 @@ def test_a_span_of_another_quality_is_simulated_apart(searched: list[tuple[int, 
     assert searched == [(8, FRAMES), (20, 60)]
     assert found is not None
     assert found.segment_starts == [0, 100, 160]
-    assert found.assist[[50, 130, 200]] == pytest.approx([0.08, 0.2, 0.08])
+    assert found.assist[[50, 130, 200]] == pytest.approx([0.008, 0.02, 0.008])
     assert found.confidence[[100, 160]] == pytest.approx(0.0)  # as at every restart
     assert found.confidence[[50, 130, 200]] == pytest.approx(1.0)
     # The whole of a part in that quality needs no other search.

@@ -21,6 +21,7 @@ from eval.clean.progress import (
     CleaningProgress,
     expected_seconds,
 )
+from eval.clean.quality import OptimisationSettings
 from tests.builders import as_bvh
 from tests.eval.clean.clean_parts import FEW, simulator, standing
 
@@ -75,6 +76,10 @@ def test_the_simulation_takes_as_long_as_it_has_samples_on_its_threads() -> None
     without, one, two = (expected_seconds(500_000, search, threads, False) for search, threads in ((None, 1), (FEW, 1), (FEW, 2)))
     assert one[SIMULATING] - without[SIMULATING] == pytest.approx(2.0 * (two[SIMULATING] - without[SIMULATING]))
     assert REPORTING not in without
+    # The optimisation takes its usual passes, and no more than are allowed: 500,000 bytes are ten seconds, a pass of one takes 1.3 s.
+    few, many = (expected_seconds(500_000, OptimisationSettings(passes), 2, False)[SIMULATING] for passes in (2, 100))
+    assert few - without[SIMULATING] == pytest.approx(10.0 * 1.3 * 2.0 / 2.0)
+    assert few < many < 4.0 * few
     assert list(expected_seconds(500_000, None, 1, True))[-1] == REPORTING
 
 

@@ -63,6 +63,20 @@ def test_what_is_far_from_the_clip_is_not_trusted(monkeypatch: pytest.MonkeyPatc
     assert found.motion.local_rotations == pytest.approx(clip.local_rotations, abs=1e-9)
 
 
+def test_more_help_than_is_allowed_is_no_physics(monkeypatch: pytest.MonkeyPatch) -> None:
+    # The search allows a tenth of the body's weight. In frames 200 to 209 a fifth carried the body: nothing of these is trusted, half of
+    # the frames beside them within 0.15 s, 9 frames, and all beyond.
+    clip = still({})
+    performance = taken(clip, 0, FRAMES)
+    performance.assist[:] = 0.1
+    performance.assist[200:210] = 0.2
+    found = perform_as(monkeypatch, clip, [performance])
+    assert not found.confidence[200:210].any()
+    assert found.confidence[[195, 214]] == pytest.approx(0.5)
+    assert found.confidence[[190, 219]] == pytest.approx(1.0)
+    assert found.assist.max() == pytest.approx(0.1)
+
+
 def test_what_is_near_is_the_performance(monkeypatch: pytest.MonkeyPatch) -> None:
     # Elbows bent by 40 degrees: hands 2 x 0.25 sin 20 = 0.171 m off, 0.0171 on average: under 0.02. And 2 cm lower.
     performance = still({"forearm_l_z": 40.0, "forearm_r_z": -40.0}, -0.02 * np.ones((FRAMES, 1)) * Z)

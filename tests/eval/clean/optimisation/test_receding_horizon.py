@@ -51,7 +51,7 @@ def test_who_walks_is_followed_closely() -> None:
 def test_who_hangs_in_the_air_is_held_there_and_is_no_physics() -> None:
     # Half a metre above the ground nothing but help carries the body, all of its weight; a tenth is what counts as physics.
     still = posed({}, 21)
-    clip = replace(still, root_position=still.root_position + [0.0, 0.0, 0.5])
+    clip = replace(still, root_position=still.root_position + np.array([0.0, 0.0, 0.5]))
     (segment,) = optimised(clip)
     assert segment.assist[2:-6].mean() == pytest.approx(1.0, abs=0.25)
     found = simulate_clip(simulator(FEW), clip)
@@ -62,7 +62,7 @@ def test_who_hangs_in_the_air_is_held_there_and_is_no_physics() -> None:
 def test_who_is_lost_begins_anew() -> None:
     # The clip leaps by 5 m in a frame: nobody follows there, and what comes after begins in the clip's own state.
     still = standing(61)
-    clip = replace(still, root_position=still.root_position + np.where(np.arange(61) < 12, 0.0, 5.0)[:, None] * [1.0, 0.0, 0.0])
+    clip = replace(still, root_position=still.root_position + np.where(np.arange(61) < 12, 0.0, 5.0)[:, None] * np.array([1.0, 0.0, 0.0]))
     segments = optimised(clip)
     assert len(segments) > 1
     assert segments[-1].poses[-1, 0] == pytest.approx(5.0, abs=0.1)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from eval.clean.quality import SearchSettings
+from eval.clean.quality import OptimisationSettings, SimulationSettings
 from eval.study import cli as study
 from eval.study.search import study as search_study
 from tests.eval.clean.clean_parts import FEW, SPEC, standing, untrained
@@ -21,7 +21,9 @@ def test_who_stands_is_near_and_slides_no_faster_than_the_recording_allows() -> 
 
 
 def test_the_study_judges_the_search_in_use(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    def perform(_policy: object, _spec: object, _clip: object, variant: SearchSettings) -> dict[str, float]:
+    def perform(_policy: object, _spec: object, _clip: object, variant: SimulationSettings) -> dict[str, float]:
+        if isinstance(variant, OptimisationSettings):
+            return dict.fromkeys(search_study.MEASURES, 0.0)
         # The mixture is at 30 mm, all of the residual nearer; feet slide at 2 cm/s where the recording's do at 1.5: within 1.5 times.
         low, high = variant.residual_shares
         one = {0.0: 40.0, 0.25: 35.0, 0.5: 31.0, 0.75: 33.0, 1.0: 29.0}[low] - variant.virtual_share
