@@ -36,6 +36,7 @@ LAYERS = {
     "eval": [
         {"live", "viewer", "metrics", "runs", "backends"},
         {"", "live.page", "pages"},
+        {"clean.optimisation"},
         {"clean", "report", "study.framework", "study.suit", "benchmark.contacts", "benchmark.peers", "benchmark.timing"},
         {"agent_server", "study.clean", "study.lobstr", "study.policy", "study.root", "benchmark.scaling", "studio.state"},
         {"study.search", "study.restore", "studio.scene"},

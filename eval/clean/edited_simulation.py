@@ -9,9 +9,9 @@ import numpy as np
 
 from datasets.motion.clip import BodyMotion
 from datasets.motion.frame_spans import true_spans
+from envs.physics.segment import Segment
 from eval.clean.apply_edits import share_beside
 from eval.clean.quality import QUALITIES, SimulationSettings, Simulator
-from eval.clean.segment import Segment
 from eval.clean.simulate_clip import RESTART_FADE_S, SimulatedClip, blend_segments, cut_segments, search_segments
 
 

@@ -22,10 +22,10 @@ from envs.mimic.root_assist import BODY_WEIGHT_N
 from envs.physics.engine_interface import FRAMES_PER_STEP
 from envs.physics.generalised_coordinates import POSE_SIZE, VELOCITY_SIZE
 from envs.physics.mujoco_cpu import RecordingPhysics
+from envs.physics.segment import Segment
 from envs.vector_env import AdaptMimicVectorEnv
 from eval.clean.controllers import Controllers, change_controllers, draw_controllers
 from eval.clean.quality import SearchSettings, Simulator
-from eval.clean.segment import Segment
 
 WINDOWS_BETWEEN_PRUNINGS = 30  # a second of the clip
 SCORE_DECAY = 0.95  # of rewards by their age; the critic's value ahead is a mean reward a step and weighs as much as one

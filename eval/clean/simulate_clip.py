@@ -14,12 +14,12 @@ from datasets.motion.humanoid import rotations_from_hinges
 from datasets.motion.rotation import normalise
 from datasets.motion.smoothing import smooth_motion
 from envs.physics.engine_interface import FRAMES_PER_STEP
+from envs.physics.segment import Segment
 from eval.clean.apply_edits import share_beside
 from eval.clean.optimisation.receding_horizon import TrajectoryOptimiser
 from eval.clean.quality import OptimisationSettings, Simulator
 from eval.clean.result import SIMULATED_CONFIDENCE
 from eval.clean.samcon import SamconSearch
-from eval.clean.segment import Segment
 from eval.metrics.artefact_tracks import distances_local
 from eval.metrics.ground_reaction import contacts_from_loads, foot_loads
 
@@ -75,7 +75,7 @@ def search_segments(simulator: Simulator, clip: BodyMotion, after_frames: Callab
     """Return the simulation of a clip, which may go on for a frame after its end; arguments are those of ``simulate_clip``."""
     clip, settings = _padded(clip), simulator.search
     if isinstance(settings, OptimisationSettings):
-        return list(TrajectoryOptimiser(clip, settings, simulator.threads, after_frames).segments())
+        return list(TrajectoryOptimiser(clip, settings.max_passes, simulator.threads, after_frames).segments())
     return list(SamconSearch(simulator, settings, clip, after_frames=after_frames).segments())
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from envs.physics.step_derivatives import Linearisation
+from eval.clean.optimisation.step_derivatives import Linearisation
 
 
 class FeedbackLaw(NamedTuple):

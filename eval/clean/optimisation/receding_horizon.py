@@ -20,11 +20,10 @@ from datasets.motion.humanoid import ARM_PARTS, BODY_NAMES, HINGE_COUNT, HINGES
 from envs.physics.engine_interface import FRAMES_PER_STEP
 from envs.physics.generalised_coordinates import state_change
 from envs.physics.mujoco_cpu import CpuPhysics, RecordingPhysics
-from envs.physics.step_derivatives import HELP_SIZE, HELP_UNITS, INPUT_SIZE, SECANTS, STATE_SIZE, Linearisation, StepDerivatives
+from envs.physics.segment import Segment
 from eval.clean.optimisation.backward_pass import FeedbackLaw, backward_pass
+from eval.clean.optimisation.step_derivatives import HELP_SIZE, HELP_UNITS, INPUT_SIZE, SECANTS, STATE_SIZE, Linearisation, StepDerivatives
 from eval.clean.optimisation.tracking_cost import MAX_STEP_COST, TARGET_WEIGHT, TrackingCost, help_sizes, input_weights
-from eval.clean.quality import OptimisationSettings
-from eval.clean.segment import Segment
 
 WINDOW_STEPS, KEPT_STEPS = 60, 40  # control steps: 2 s are solved, 1.3 s of them kept
 FIRST_HELP_WEIGHTS = (0.1, 0.3, 1.0)  # of the square of help [body weights], tried at first
@@ -67,18 +66,16 @@ class Trajectory(NamedTuple):
 class TrajectoryOptimiser:
     """Optimises one clip, window after window."""
 
-    def __init__(
-        self, clip: BodyMotion, settings: OptimisationSettings, threads: int = 1, after_frames: Callable[[int], None] = lambda _: None
-    ) -> None:
+    def __init__(self, clip: BodyMotion, max_passes: int, threads: int = 1, after_frames: Callable[[int], None] = lambda _: None) -> None:
         """Build the worlds.
 
         Args:
             clip: Clip at 60 fps, of an odd number of frames.
-            settings: Settings.
+            max_passes: Largest number of passes over each window.
             threads: Native threads of the simulation.
             after_frames: Called with the number of frames that were simulated after each window.
         """
-        self._cost, self._settings, self._after_frames = TrackingCost(clip), settings, after_frames
+        self._cost, self._max_passes, self._after_frames = TrackingCost(clip), max_passes, after_frames
         self._derivatives = StepDerivatives(threads)
         self._worlds = CpuPhysics(NUM_WORLDS, threads)
         self._random = np.random.default_rng(0)
@@ -136,7 +133,7 @@ class TrajectoryOptimiser:
         laws = [backward_pass(steps, gaps, errors, trajectory.inputs, weights, each) for each in by_weight]
         trajectory, _ = self._simulate(first, world, trajectory, laws, weights, _constant_weights(stop - first, FIRST_HELP_WEIGHTS[-1]))
         num_failed = 0
-        for _ in range(self._settings.max_passes - 1):
+        for _ in range(self._max_passes - 1):
             priced = input_weights(trajectory.inputs[:, HINGE_COUNT:])
             errors = state_change(self._cost.wanted(slice(first, stop + 1)), (trajectory.poses, trajectory.velocities))
             before = float(_step_costs(errors[1:], trajectory.inputs, weights[1:], priced).sum())

@@ -12,7 +12,7 @@ from envs.physics.engine_interface import FRAMES_PER_STEP
 from envs.physics.generalised_coordinates import VELOCITY_SIZE
 from envs.physics.humanoid_mjcf import build_model
 from envs.physics.inverse_dynamics import with_feed_forward
-from envs.physics.step_derivatives import HELP_SIZE, STATE_SIZE
+from eval.clean.optimisation.step_derivatives import HELP_SIZE, STATE_SIZE
 
 # Weights of squared errors; that of a motor's target is 1/rad². What they were chosen by stands in docs/cleaning.md.
 POSITION_WEIGHT = 1000.0  # 1/m², of the mean over the bodies of their squared distances in the world

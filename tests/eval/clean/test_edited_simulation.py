@@ -7,10 +7,10 @@ import pytest
 
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import HINGE_COUNT
+from envs.physics.segment import Segment
 from eval.clean import edited_simulation as module
 from eval.clean.edited_simulation import EditedSimulation, SearchMemory
 from eval.clean.quality import QUALITIES, SearchSettings, Simulator
-from eval.clean.segment import Segment
 from tests.builders import posed
 from tests.eval.clean.clean_parts import simulator
 

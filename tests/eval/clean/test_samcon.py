@@ -11,10 +11,10 @@ from datasets.library.motion_library import MotionLibrary
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_NAMES, HINGES
 from envs.physics.mujoco_cpu import RecordingPhysics
+from envs.physics.segment import Segment
 from eval.clean import samcon
 from eval.clean.quality import SearchSettings, Simulator
 from eval.clean.samcon import SamconSearch, _prune, _Window
-from eval.clean.segment import Segment
 from tests.builders import STANDING, hinge, posed
 from tests.eval.clean.clean_parts import FEW, SPEC, simulator, standing
 

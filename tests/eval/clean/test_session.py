@@ -14,12 +14,12 @@ from datasets.motion.kinematics import clip_sole_points, support_steps
 from datasets.performer.reading_options import ReadingOptions
 from datasets.retarget.retarget import retarget_with
 from datasets.retarget.transfer_back import from_performer_bvh
+from envs.physics.segment import Segment
 from eval.clean import edited_simulation
 from eval.clean.edits import ContactEdit, EditError, Edits, MisalignmentEdit, SpanEdit
 from eval.clean.pipeline import CleaningPipeline
 from eval.clean.progress import SIMULATING
 from eval.clean.quality import Simulator
-from eval.clean.segment import Segment
 from eval.clean.session import CleaningCancelled, CleaningSession
 from tests.builders import as_bvh, posed
 from tests.eval.clean.clean_parts import simulator, standing

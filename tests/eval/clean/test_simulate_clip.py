@@ -9,8 +9,8 @@ import pytest
 from datasets.motion.clip import BodyMotion
 from datasets.motion.humanoid import BODY_NAMES, hinge_angles
 from datasets.motion.kinematics import body_poses
+from envs.physics.segment import Segment
 from eval.clean import simulate_clip as module
-from eval.clean.segment import Segment
 from eval.clean.simulate_clip import SimulatedClip, simulate_clip, without_simulation
 from tests.builders import STANDING, posed
 from tests.eval.clean.clean_parts import simulator, standing

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from envs.physics.step_derivatives import Linearisation
 from eval.clean.optimisation.backward_pass import backward_pass
+from eval.clean.optimisation.step_derivatives import Linearisation
 
 NOTHING = np.zeros(0)
 

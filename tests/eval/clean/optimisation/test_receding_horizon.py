@@ -8,20 +8,20 @@ import pytest
 from datasets.motion.clip import BodyMotion
 from datasets.synthetic.clips import synthetic_clips
 from envs.physics.mujoco_cpu import RecordingPhysics
+from envs.physics.segment import Segment
 from eval.clean.optimisation import receding_horizon
 from eval.clean.optimisation.receding_horizon import MIN_RESTART_STEPS, TrajectoryOptimiser
 from eval.clean.quality import OptimisationSettings
-from eval.clean.segment import Segment
 from eval.clean.simulate_clip import simulate_clip, write_segments
 from eval.metrics.artefact_tracks import distances_local
 from tests.builders import posed
 from tests.eval.clean.clean_parts import simulator, standing
 
-FEW = OptimisationSettings(max_passes=2)
+FEW = 2  # passes
 
 
-def optimised(clip: BodyMotion, settings: OptimisationSettings = FEW) -> list[Segment]:
-    return list(TrajectoryOptimiser(clip, settings).segments())
+def optimised(clip: BodyMotion, max_passes: int = FEW) -> list[Segment]:
+    return list(TrajectoryOptimiser(clip, max_passes).segments())
 
 
 def test_who_stands_needs_no_help() -> None:
@@ -43,7 +43,7 @@ def test_the_engine_makes_these_frames_of_these_targets() -> None:
 
 def test_who_walks_is_followed_closely() -> None:
     clip = next(clip for clip in synthetic_clips(0, 1, 6.0) if clip.kind == "walk").cut(120, 161)
-    (segment,) = optimised(clip, OptimisationSettings(max_passes=5))
+    (segment,) = optimised(clip, 5)
     assert 1e3 * distances_local(write_segments(clip, [segment]), clip).mean() < 10.0  # mm
     assert np.mean(segment.assist > 0.1) < 0.2
 
@@ -54,7 +54,7 @@ def test_who_hangs_in_the_air_is_held_there_and_is_no_physics() -> None:
     clip = replace(still, root_position=still.root_position + np.array([0.0, 0.0, 0.5]))
     (segment,) = optimised(clip)
     assert segment.assist[2:-6].mean() == pytest.approx(1.0, abs=0.25)
-    found = simulate_clip(simulator(FEW), clip)
+    found = simulate_clip(simulator(OptimisationSettings(FEW)), clip)
     assert found.confidence.max() < 0.5
     assert not found.assist.any()
 

@@ -6,7 +6,7 @@ import pytest
 from datasets.motion.humanoid import HINGE_NAMES, TOTAL_MASS_KG
 from envs.physics.engine_interface import CONTROL_STEP_S
 from envs.physics.mujoco_cpu import CpuPhysics
-from envs.physics.step_derivatives import HELP_UNITS, Linearisation, StepDerivatives
+from eval.clean.optimisation.step_derivatives import HELP_UNITS, Linearisation, StepDerivatives
 from tests.builders import STANDING
 
 ROOT, SPEED = slice(3), slice(49, 52)  # rows and columns of the root's position and velocity in a state
