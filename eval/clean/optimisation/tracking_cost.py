@@ -20,7 +20,7 @@ ANGLE_WEIGHT = 2.0  # 1/rad², of each hinge and of the root about each axis: po
 ROOT_VELOCITY_WEIGHT, ROOT_SPIN_WEIGHT, HINGE_SPEED_WEIGHT = 3.0, 1.0, 0.02  # s²/m² and s²/rad²
 TARGET_WEIGHT = 1.0  # 1/rad², of each motor's target beside the clip's
 MAX_STEP_COST = 200.0  # of a step's state: who is lost is lost, however far
-HELP_PRICE = 10.0  # of a body weight
+HELP_PRICE = 20.0  # of a body weight
 SMALL_HELP_BW = 0.03  # body weights, to which the price of help grows with its square, and beyond which with its size
 
 

@@ -29,10 +29,10 @@ def test_a_body_that_is_elsewhere_as_a_whole() -> None:
 
 
 def test_help_is_priced_by_its_size() -> None:
-    # A force of 0.3 and 0.4 body weights, 0.5 in all, and no torque: 10 / sqrt(0.5^2 + 0.03^2) = 19.96, and 10 / 0.03 = 333.
+    # A force of 0.3 and 0.4 body weights, 0.5 in all, and no torque: 20 / sqrt(0.5^2 + 0.03^2) = 39.93, and 20 / 0.03 = 667.
     help_bw = np.array([[0.3, 0.4, 0.0, 0.0, 0.0, 0.0]])
     assert help_sizes(help_bw)[0].tolist() == pytest.approx([0.5, 0.0])
     weights = input_weights(help_bw)[0]
     assert weights[:43] == pytest.approx(1.0)
-    assert weights[43:46] == pytest.approx(19.964, abs=1e-3)
-    assert weights[46:] == pytest.approx(1000.0 / 3.0)
+    assert weights[43:46] == pytest.approx(39.928, abs=1e-3)
+    assert weights[46:] == pytest.approx(2000.0 / 3.0)
