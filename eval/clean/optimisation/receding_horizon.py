@@ -50,13 +50,19 @@ class Trajectory(NamedTuple):
         poses: Generalised positions, shape (n + 1, 50).
         velocities: Generalised velocities, shape (n + 1, 49).
         inputs: PD targets beside the clip's own [rad], and help [body weights], shape (n, 49).
-        worlds: States of the simulated world, shape (m, S); steps from the m-th on are planned and were not simulated.
+        worlds: States of the world before each of the first m steps and after them, shape (m + 1, S), or none of them, (0, S); the steps
+            after these are planned and were not simulated.
     """
 
     poses: np.ndarray
     velocities: np.ndarray
     inputs: np.ndarray
     worlds: np.ndarray
+
+    @property
+    def num_simulated(self) -> int:
+        """Number of steps that were simulated, m."""
+        return max(len(self.worlds) - 1, 0)
 
     def cut(self, first: int) -> "Trajectory":
         """Return the trajectory from a step on."""
@@ -175,7 +181,7 @@ class TrajectoryOptimiser:
                 if scale == 1.0:
                     self._known[first + t] = known
             steps.append(known.linearisation)
-            if t >= len(trajectory.worlds):
+            if t >= trajectory.num_simulated:
                 after = known.linearisation.pose, known.linearisation.velocity
                 gaps[t] = state_change((trajectory.poses[t + 1], trajectory.velocities[t + 1]), after)
         return steps, gaps
@@ -323,7 +329,7 @@ def _backtrack(steps: Sequence[tuple[np.ndarray, ...]], best: int, end: tuple[np
 
 def _first_weights(trajectory: Trajectory, weight: float) -> np.ndarray:
     """Return the weights of a plan's inputs (n, 49): help is cheap where nothing was simulated yet."""
-    weights, done = _constant_weights(len(trajectory.inputs), weight), len(trajectory.worlds)
+    weights, done = _constant_weights(len(trajectory.inputs), weight), trajectory.num_simulated
     weights[:done] = input_weights(trajectory.inputs[:done, HINGE_COUNT:])
     return weights
 

@@ -86,3 +86,20 @@ def test_windows_join_without_a_seam(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_it_comes_again_to_the_bit() -> None:
     one, other = (optimised(standing(21))[0] for _ in range(2))
     assert all(np.array_equal(a, b) for a, b in zip(one[1:], other[1:], strict=True))
+
+
+def test_a_plan_goes_on_from_where_the_window_before_ended() -> None:
+    # Two steps were simulated, and the clip is planned after them: from the end of the second step to the clip there is a gap, before it
+    # none.
+    clip = standing(13)
+    optimiser = TrajectoryOptimiser(clip, FEW)
+    whole = optimiser._solve(0, 6, optimiser._world_at(*optimiser._cost.wanted(0)), None)
+    assert whole.num_simulated == 6
+    rest = receding_horizon.Trajectory(whole.poses[:3], whole.velocities[:3], whole.inputs[:2], whole.worlds[:3])
+    plan = optimiser._plan(0, 6, rest)
+    assert plan.num_simulated == 2
+    assert plan.poses[2].tolist() == whole.poses[2].tolist()
+    assert plan.poses[3:].tolist() == optimiser._cost.poses[3:].tolist()
+    _, gaps = optimiser._linearise(0, plan)
+    assert not gaps[:2].any()
+    assert np.abs(gaps[2:]).max(axis=1).min() > 1e-6
