@@ -7,7 +7,11 @@ import bpy  # type: ignore[import-not-found]  # Blender's own module
 
 from .command import COMMAND, QUALITIES
 
-SEARCHES = ("A short search: on two cores about as long as the clip", "A search about three times as long", "One ten times as long")
+SEARCHES = (
+    "A search about as long as the clip on two cores",
+    "An optimisation about seven times as long",
+    "One about twelve times as long",
+)
 ITEMS = [(quality, quality.capitalize(), search) for quality, search in zip(QUALITIES, SEARCHES, strict=True)]
 
 

@@ -40,7 +40,13 @@ def main(arguments: list[str] | None = None, prog: str = "python -m eval.clean")
         metavar="FILE",
         help="edits of the clip, as the studio saves them; for a folder, that with NAME.edits.json",
     )
-    parser.add_argument("--policy", type=Path, metavar="FILE", default=PRETRAINED_POLICY, help="another policy than the package's")
+    parser.add_argument(
+        "--policy",
+        type=Path,
+        metavar="FILE",
+        default=PRETRAINED_POLICY,
+        help="another policy than the package's for --quality fast to search along",
+    )
     parser.add_argument("--without", choices=STAGES, action="append", default=[], help="leave a stage out; may be given twice")
     parser.add_argument(
         "--assist",
@@ -52,7 +58,7 @@ def main(arguments: list[str] | None = None, prog: str = "python -m eval.clean")
     parser.add_argument(
         "--quality",
         choices=QUALITIES,
-        help=f"how long the simulation takes: on two cores about the clip's length, three or ten times as long (default {GOOD})",
+        help=f"how long the simulation takes: on two cores about the clip's length, seven or twelve times as long (default {GOOD})",
     )
     parser.add_argument("--threads", type=int, metavar="N", default=available_cores(), help="cores to use (default: all, %(default)s here)")
     parser.add_argument("--json", action="store_true", help="write events to standard output, one JSON object a line, and nothing else")

@@ -106,7 +106,7 @@ class TrajectoryOptimiser:
             num_kept = stop - step if stop == len(self._cost) else KEPT_STEPS
             num_good = self._num_good(step, window, num_kept)
             frames += self._record(step, window, num_good)
-            self._after_frames(FRAMES_PER_STEP * num_kept)
+            self._after_frames(FRAMES_PER_STEP * num_good)
             if num_good < num_kept:
                 break
             step += num_kept

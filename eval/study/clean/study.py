@@ -9,7 +9,7 @@ from agents.weights.pretrained import PRETRAINED_POLICY, load_pretrained_restore
 from configs.process_pool import available_cores
 from eval.clean.edits import PHYSICS, RESTORE
 from eval.clean.pipeline import CleaningPipeline
-from eval.clean.quality import GOOD, QUALITIES, Simulator
+from eval.clean.quality import FAST, GOOD, QUALITIES, Simulator
 from eval.evaluation_recordings import IMU_SUIT_CLIPS, TEST_FOLDERS, check_recordings
 from eval.study.clean.case_results import case_result, pipeline_key
 from eval.study.clean.cases import CaseResult, all_cases
@@ -54,7 +54,8 @@ def _variants(out: Path) -> tuple[dict[str, CleaningPipeline], dict[str, str], d
     cleaners, keys, performers = {}, {}, {}
     for variant, file in files.items():
         policy, card, spec = load_policy(file)
-        cleaners[variant] = CleaningPipeline(Simulator(policy, spec, available_cores(), QUALITIES[GOOD]), load_pretrained_restore())
+        search = QUALITIES[GOOD if variant == PRETRAINED else FAST]  # which searches along the policy
+        cleaners[variant] = CleaningPipeline(Simulator(policy, spec, available_cores(), search), load_pretrained_restore())
         keys[variant], performers[variant] = pipeline_key(file), set(card["performers"])
     own = cleaners.pop(PRETRAINED)
     keys |= {NO_RESTORING: pipeline_key(PRETRAINED_POLICY, restored=False), NO_PHYSICS: pipeline_key(None)}

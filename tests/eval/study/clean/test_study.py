@@ -17,7 +17,7 @@ from datasets.formats.bvh import write_bvh
 from datasets.motion.clip import BodyMotion
 from envs.mimic.spec import MimicSpec
 from eval.clean.pipeline import CleaningPipeline
-from eval.clean.quality import GOOD, QUALITIES, SearchSettings
+from eval.clean.quality import FAST, GOOD, QUALITIES, SearchSettings
 from eval.evaluation_recordings import IMU_SUIT_CLIPS
 from eval.metrics.artefacts import removed_shares
 from eval.study.clean import case_results
@@ -184,7 +184,8 @@ def leave_policy(file: Path, seed: int) -> Path:
 @pytest.fixture
 def recordings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Leave a folder of real motion of people who stand, one of them long enough for physics, and a policy in the package."""
-    monkeypatch.setitem(QUALITIES, GOOD, SearchSettings(num_samples=4, num_survivors=2))
+    for quality in (FAST, GOOD):
+        monkeypatch.setitem(QUALITIES, quality, SearchSettings(num_samples=4, num_survivors=2))
     monkeypatch.setattr(clean_study, "available_cores", lambda: 1)
     monkeypatch.setattr(clean_study, "PRETRAINED_POLICY", leave_policy(tmp_path / "package" / "mimic.safetensors", 0))
     pose = {"upper_arm_l_x": -70.0, "upper_arm_r_x": 70.0}
