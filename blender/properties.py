@@ -9,7 +9,7 @@ from .command import COMMAND, QUALITIES
 
 SEARCHES = (
     "A search about as long as the clip on two cores",
-    "An optimisation about seven times as long",
+    "An optimisation about six times as long",
     "One about twelve times as long",
 )
 ITEMS = [(quality, quality.capitalize(), search) for quality, search in zip(QUALITIES, SEARCHES, strict=True)]
