@@ -10,7 +10,7 @@ from .command import COMMAND, QUALITIES
 SEARCHES = (
     "A search about as long as the clip on two cores",
     "An optimisation about six times as long",
-    "One about twelve times as long",
+    "One about eight times as long",
 )
 ITEMS = [(quality, quality.capitalize(), search) for quality, search in zip(QUALITIES, SEARCHES, strict=True)]
 

@@ -58,7 +58,7 @@ def main(arguments: list[str] | None = None, prog: str = "python -m eval.clean")
     parser.add_argument(
         "--quality",
         choices=QUALITIES,
-        help=f"how long the simulation takes: on two cores about the clip's length, six or twelve times as long (default {GOOD})",
+        help=f"how long the simulation takes: on two cores about the clip's length, six or eight times as long (default {GOOD})",
     )
     parser.add_argument("--threads", type=int, metavar="N", default=available_cores(), help="cores to use (default: all, %(default)s here)")
     parser.add_argument("--json", action="store_true", help="write events to standard output, one JSON object a line, and nothing else")

@@ -18,7 +18,7 @@ _USUAL_COSTS = {
     COMPARING: 0.005, WRITING: 0.014,
 }  # fmt: skip
 _SAMPLE_COST = 0.0062  # seconds for a second of motion, of one sample of the search on one core
-_PASS_COST, _USUAL_PASSES = 1.3, 5.0  # the same of a pass of the optimisation; as many are made, if they may be
+_PASS_COST, _USUAL_PASSES = 1.3, 5.0  # the same of a pass of the optimisation, and how many are usually made
 _REPORT_COST, _FILM_S = 0.04, 5.0  # seconds for a second of motion, and for the film, which is of one length
 _BYTES_PER_SECOND = 5e4  # of a file, for a second of motion: about, as the file says it only once it is read
 _MIN_STAGE_SHARE = 0.02  # of a stage, from which on its own pace is believed
@@ -35,11 +35,11 @@ def expected_seconds(file_size: int, search: SimulationSettings | None, threads:
     """
     motion = file_size / _BYTES_PER_SECOND
     expected = {stage: cost * motion for stage, cost in _USUAL_COSTS.items()}
-    expected[SIMULATING] += simulation_cost(search) / threads * motion if search else 0.0
+    expected[SIMULATING] += _simulation_cost(search) / threads * motion if search else 0.0
     return expected | ({REPORTING: _REPORT_COST * motion + _FILM_S} if report else {})
 
 
-def simulation_cost(search: SimulationSettings) -> float:
+def _simulation_cost(search: SimulationSettings) -> float:
     """Return the usual time that the simulation takes on one core, for a second of motion [s]."""
     if isinstance(search, OptimisationSettings):
         return _PASS_COST * min(search.max_passes, _USUAL_PASSES)

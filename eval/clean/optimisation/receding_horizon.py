@@ -26,7 +26,7 @@ from eval.clean.optimisation.step_derivatives import HELP_SIZE, HELP_UNITS, INPU
 from eval.clean.optimisation.tracking_cost import MAX_STEP_COST, TARGET_WEIGHT, TrackingCost, help_sizes, input_weights
 
 WINDOW_STEPS, KEPT_STEPS = 60, 40  # control steps: 2 s are solved, 1.3 s of them kept
-FIRST_HELP_WEIGHTS = (0.1, 0.3, 1.0)  # of the square of help [body weights], tried at first
+FIRST_HELP_WEIGHTS = (0.1, 0.3, 1.0)  # of the square of help [body weights], tried at first; as many as dampings
 DAMPINGS, SHARES = (0.0, 5.0, 50.0), (1.0, 0.5, 0.2, 0.05)  # of the inputs' changes: all are simulated, the best goes on
 NUM_WORLDS, NUM_SURVIVORS = 48, 12  # that are simulated, and those with which noisy ones go on after each step
 NUM_QUIET = len(DAMPINGS) * len(SHARES)  # worlds without noise
@@ -102,9 +102,11 @@ class TrajectoryOptimiser:
         frames, step, rest = [self._first_frame(first)], first, None
         while step < len(self._cost):
             stop = min(step + WINDOW_STEPS, len(self._cost))
-            window = self._solve(step, stop, world, rest)
+            weights = self._cost.weights(step, stop + 1)
+            window = self._solve(step, weights, world, rest)
             num_kept = stop - step if stop == len(self._cost) else KEPT_STEPS
-            num_good = self._num_good(step, window, num_kept)
+            is_lost = _state_costs(self._errors(step, window), weights)[1 : num_kept + 1] >= LOST_COST
+            num_good = int(np.argmax(is_lost)) if is_lost.any() else num_kept
             frames += self._record(step, window, num_good)
             self._after_frames(FRAMES_PER_STEP * num_good)
             if num_good < num_kept:
@@ -122,26 +124,25 @@ class TrajectoryOptimiser:
         """Return pose, velocity, targets and help of the clip itself."""
         return (*self._cost.wanted(step), self._cost.targets[step], np.zeros(()))
 
-    def _solve(self, first: int, stop: int, world: np.ndarray, rest: Trajectory | None) -> Trajectory:
-        """Return the best trajectory of a window.
+    def _solve(self, first: int, weights: np.ndarray, world: np.ndarray, rest: Trajectory | None) -> Trajectory:
+        """Return the best trajectory of a window of n control steps.
 
         Args:
             first: Its first control step.
-            stop: Control step after its last one.
+            weights: Weights of the states' errors, shape (n + 1, 98, 98).
             world: State of the world at its beginning.
             rest: What the window before found beyond what was kept of it; None if there is none.
         """
-        weights = self._cost.weights(first, stop + 1)
-        trajectory = self._plan(first, stop, rest)
+        trajectory = self._plan(first, first + len(weights) - 1, rest)
         steps, gaps = self._linearise(first, trajectory)
-        errors = state_change(self._cost.wanted(slice(first, stop + 1)), (trajectory.poses, trajectory.velocities))
+        errors = self._errors(first, trajectory)
         by_weight = [_first_weights(trajectory, weight) for weight in FIRST_HELP_WEIGHTS]
         laws = [backward_pass(steps, gaps, errors, trajectory.inputs, weights, each) for each in by_weight]
-        trajectory, _ = self._simulate(first, world, trajectory, laws, weights, _constant_weights(stop - first, FIRST_HELP_WEIGHTS[-1]))
+        trajectory, _ = self._simulate(first, world, trajectory, laws, weights, _constant_weights(len(steps), FIRST_HELP_WEIGHTS[-1]))
         num_failed = 0
         for _ in range(self._max_passes - 1):
             priced = input_weights(trajectory.inputs[:, HINGE_COUNT:])
-            errors = state_change(self._cost.wanted(slice(first, stop + 1)), (trajectory.poses, trajectory.velocities))
+            errors = self._errors(first, trajectory)
             before = float(_step_costs(errors[1:], trajectory.inputs, weights[1:], priced).sum())
             steps, gaps = self._linearise(first, trajectory, SECANT_SCALES[num_failed])
             laws = [backward_pass(steps, gaps, errors, trajectory.inputs, weights, priced, damping) for damping in DAMPINGS]
@@ -164,6 +165,11 @@ class TrajectoryOptimiser:
             done = len(rest.inputs)
             poses[: done + 1], velocities[: done + 1], inputs[:done], worlds = rest
         return Trajectory(poses, velocities, inputs, worlds)
+
+    def _errors(self, first: int, trajectory: Trajectory) -> np.ndarray:
+        """Return the differences of a trajectory's states from those wanted, shape (n + 1, 98)."""
+        wanted = self._cost.wanted(slice(first, first + len(trajectory.poses)))
+        return state_change(wanted, (trajectory.poses, trajectory.velocities))
 
     def _linearise(self, first: int, trajectory: Trajectory, scale: float = 1.0) -> tuple[list[Linearisation], np.ndarray]:
         """Return the derivatives of a trajectory's steps, and the gaps (n, 98) after those that were planned and not simulated.
@@ -208,13 +214,13 @@ class TrajectoryOptimiser:
             state_weights: Weights of the states' errors, shape (n + 1, 98, 98).
             priced: Weights of the inputs, shape (n, 49).
         """
-        physics, candidates = self._worlds, _Candidates.draw(self._random, len(laws))
+        physics, candidates = self._worlds, _Candidates.draw(self._random)
         physics.set_state(np.repeat(world[None], NUM_WORLDS, axis=0))
         costs, steps = np.zeros(NUM_WORLDS), []
         changes, gains = np.array([law.change for law in laws]), np.array([law.gains for law in laws])
+        pose, velocity, _ = physics.motion()
+        moved = state_change((trajectory.poses[0], trajectory.velocities[0]), (pose, velocity))
         for t, own in enumerate(trajectory.inputs):
-            pose, velocity, _ = physics.motion()
-            moved = state_change((trajectory.poses[t], trajectory.velocities[t]), (pose, velocity))
             answers = np.empty((NUM_WORLDS, INPUT_SIZE))
             for law in range(len(laws)):
                 answers[candidates.law == law] = moved[candidates.law == law] @ gains[law, t].T
@@ -230,9 +236,10 @@ class TrajectoryOptimiser:
             parents = _select(costs + np.nan_to_num(laws[0].cost_to_go(t + 1, moved), nan=np.inf))
             steps.append((pose, velocity, inputs, before, parents))
             physics.branch(parents)
-            costs, candidates = costs[parents], candidates.branch(parents).change(self._random)
+            pose, velocity, moved, costs = (part[parents] for part in (*after, moved, costs))
+            candidates = candidates.branch(parents).change(self._random)
         best = int(np.argmin(costs))
-        end = (physics.motion()[0][best], physics.motion()[1][best], physics.get_state()[best])
+        end = pose[best], velocity[best], physics.get_state()[best]
         return _backtrack(steps, best, end), float(costs[best])
 
     def _noise(self) -> np.ndarray:
@@ -241,16 +248,8 @@ class TrajectoryOptimiser:
         stds[:NUM_QUIET] = 0.0
         return self._random.normal(size=stds.shape) * stds
 
-    def _num_good(self, first: int, trajectory: Trajectory, count: int) -> int:
-        """Return how many of the first ``count`` control steps end before the simulation is lost."""
-        wanted = self._cost.wanted(slice(first + 1, first + count + 1))
-        errors = state_change(wanted, (trajectory.poses[1 : count + 1], trajectory.velocities[1 : count + 1]))
-        no_cost = np.zeros((count, INPUT_SIZE))
-        is_lost = _step_costs(errors, no_cost, self._cost.weights(first + 1, first + count + 1), no_cost) >= LOST_COST
-        return int(np.argmax(is_lost)) if is_lost.any() else count
-
     def _record(self, first: int, trajectory: Trajectory, count: int) -> list[tuple[np.ndarray, ...]]:
-        """Return the frames of the first ``count`` control steps, the first state left out, as ``_frame_at``."""
+        """Return the frames of the first ``count`` control steps, the first state left out, as ``_first_frame``."""
         frames = []
         self._recorder.set_state(trajectory.worlds[:1])
         for targets, inputs in zip(self._cost.targets[first : first + count], trajectory.inputs[:count], strict=True):
@@ -273,10 +272,11 @@ class _Candidates(NamedTuple):
     share: np.ndarray
 
     @classmethod
-    def draw(cls, random: np.random.Generator, num_laws: int) -> "_Candidates":
+    def draw(cls, random: np.random.Generator) -> "_Candidates":
         """Return each law with each share, and then random ones."""
+        num_laws, num_noisy = len(DAMPINGS), NUM_WORLDS - NUM_QUIET
         quiet = np.repeat(np.arange(num_laws), len(SHARES)), np.tile(SHARES, num_laws)
-        drawn = random.integers(0, num_laws, NUM_WORLDS - NUM_QUIET), random.choice(SHARES, NUM_WORLDS - NUM_QUIET)
+        drawn = random.integers(0, num_laws, num_noisy), random.choice(SHARES, num_noisy)
         return cls(*(np.concat(both) for both in zip(quiet, drawn, strict=True)))
 
     def branch(self, parents: np.ndarray) -> "_Candidates":
@@ -285,7 +285,7 @@ class _Candidates(NamedTuple):
 
     def change(self, random: np.random.Generator) -> "_Candidates":
         """Return them with new ones for ``CHANGE_RATE`` of the worlds that play noise."""
-        changes, drawn = random.random(NUM_WORLDS) < CHANGE_RATE, _Candidates.draw(random, NUM_QUIET // len(SHARES))
+        changes, drawn = random.random(NUM_WORLDS) < CHANGE_RATE, _Candidates.draw(random)
         changes[:NUM_QUIET] = False
         return _Candidates(*(np.where(changes, new, old) for old, new in zip(self, drawn, strict=True)))
 
@@ -348,8 +348,13 @@ def _step_costs(errors: np.ndarray, inputs: np.ndarray, state_weights: np.ndarra
         state_weights: Weights of the errors, shape (n, 98, 98), or (98, 98) for all.
         priced: Weights of the inputs, shape (n, 49) or (49,).
     """
-    of_states = (errors * (state_weights @ errors[..., None])[..., 0]).sum(axis=1)
-    return np.where(np.isfinite(of_states), np.minimum(of_states, MAX_STEP_COST), np.inf) + (priced * inputs**2).sum(axis=1)
+    return _state_costs(errors, state_weights) + (priced * inputs**2).sum(axis=1)
+
+
+def _state_costs(errors: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Return the costs (n,) of states by their errors (n, 98) and these' weights, shape (n, 98, 98), or (98, 98) for all."""
+    costs = (errors * (weights @ errors[..., None])[..., 0]).sum(axis=1)
+    return np.where(np.isfinite(costs), np.minimum(costs, MAX_STEP_COST), np.inf)
 
 
 def _without_small_help(inputs: np.ndarray) -> np.ndarray:

@@ -16,7 +16,7 @@ STATE_SIZE = 2 * VELOCITY_SIZE  # change of a pose, then of the velocities
 HELP_SIZE = 6  # force and torque on the pelvis, world axes
 INPUT_SIZE = HINGE_COUNT + HELP_SIZE
 HELP_UNITS = BODY_WEIGHT_N * np.array([1.0, 1.0, 1.0, *3 * [MAX_TORQUE_ARM_M]])  # N and Nm of a help of 1
-# Lengths of the secants. With a fortieth of these the same feedback holds a walk for 0.38 instead of 1.0 of its length (docs/cleaning.md).
+# Lengths of the secants. With a thirtieth of them feedback holds a pushed walk for 0.33 instead of 0.79 of its length (docs/cleaning.md).
 POSE_SECANT, VELOCITY_SECANT = 8e-3, 0.12  # m or rad; m/s or rad/s
 TARGET_SECANT, HELP_SECANT = 4e-2, 2e-2  # rad; body weights
 SECANTS = np.repeat([POSE_SECANT, VELOCITY_SECANT, TARGET_SECANT, HELP_SECANT], [VELOCITY_SIZE, VELOCITY_SIZE, HINGE_COUNT, HELP_SIZE])

@@ -39,8 +39,9 @@ class TrackingCost:
         at = np.arange(0, len(clip), FRAMES_PER_STEP)
         self.poses, self.velocities = library.start_pose[at].astype(float), library.start_vel[at].astype(float)
         assert library.feed_forward is not None
-        observed, still = library.at(at[1:]).observed, np.zeros((len(at) - 1, MimicSpec().action_size))
-        self.targets = Actuation(MimicSpec()).pd_targets(observed, still, library.feed_forward[at[1:]]).astype(float)
+        spec = MimicSpec()
+        observed, still = library.at(at[1:]).observed, np.zeros((len(at) - 1, spec.action_size))
+        self.targets = Actuation(spec).pd_targets(observed, still, library.feed_forward[at[1:]]).astype(float)
         self._model = build_model()
         self._data = mujoco.MjData(self._model)
 

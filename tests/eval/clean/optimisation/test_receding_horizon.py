@@ -93,7 +93,7 @@ def test_a_plan_goes_on_from_where_the_window_before_ended() -> None:
     # none.
     clip = standing(13)
     optimiser = TrajectoryOptimiser(clip, FEW)
-    whole = optimiser._solve(0, 6, optimiser._world_at(*optimiser._cost.wanted(0)), None)
+    whole = optimiser._solve(0, optimiser._cost.weights(0, 7), optimiser._world_at(*optimiser._cost.wanted(0)), None)
     assert whole.num_simulated == 6
     rest = receding_horizon.Trajectory(whole.poses[:3], whole.velocities[:3], whole.inputs[:2], whole.worlds[:3])
     plan = optimiser._plan(0, 6, rest)
